@@ -32,6 +32,16 @@ constexpr NmtReaction kNmtReactions[] = {
     {kNmtResetNode, nmt::Command::reset_node},
 };
 
+// The reason in the answer for several PDOs is the one that comes first here.
+constexpr std::array kWorstFirst{PdoWait::values, PdoWait::operational, PdoWait::bus,
+                                 PdoWait::turn,   PdoWait::trigger,     PdoWait::update_time,
+                                 PdoWait::none};
+static_assert(kWorstFirst.size() == kPdoWaits);
+
+bool is_worse(PdoWait wait, PdoWait than) {
+  return std::ranges::find(kWorstFirst, wait) < std::ranges::find(kWorstFirst, than);
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> entries_of(const image::Layout& layout, std::uint8_t node,
@@ -105,7 +115,7 @@ void OutputService::write_entry(Command command, Instant now) {
     answer_scanned(std::move(command), now);
     return;
   }
-  answer_write(std::move(command), entry.local_pdo, wait_of(entry.local_pdo), now);
+  answer_write(std::move(command), std::span(&entry.local_pdo, 1), false, now);
 }
 
 void OutputService::write_object(Command command, Instant now) {
@@ -133,6 +143,7 @@ void OutputService::write_by_pdo(Command command, std::span<const std::uint32_t>
   const image::Layout& layout = parts_.image.layout(Direction::outputs);
   const bool keep = request.keep_pdo || parts_.settings.manual_trigger;
   updates_.set_update_time(parts_.settings.update_time);
+  std::vector<std::uint16_t> tpdos;
   for (const std::uint32_t position : entries) {
     const image::Entry& entry = layout.entries[position];
     if (!keep) {
@@ -140,10 +151,12 @@ void OutputService::write_by_pdo(Command command, std::span<const std::uint32_t>
           parts_.image.entries_of(Direction::outputs, entry.local_pdo).count;
       updates_.written(entry, of_pdo, asks_at_once(entry.local_pdo), now);
     }
+    if (tpdos.empty() || tpdos.back() != entry.local_pdo) {
+      tpdos.push_back(entry.local_pdo);
+    }
   }
-  const std::uint16_t tpdo = layout.entries[entries.front()].local_pdo;
   request_updated(now);
-  answer_write(std::move(command), tpdo, keep ? PdoWait::trigger : wait_of(tpdo), now);
+  answer_write(std::move(command), tpdos, keep, now);
 }
 
 Refusal OutputService::check_by_pdo(const ObjectWrite& request,
@@ -162,17 +175,27 @@ Refusal OutputService::check_by_pdo(const ObjectWrite& request,
   return Refusal::none;
 }
 
-// Answers after a value was written to that TPDO of the line.
-void OutputService::answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now) {
-  WrittenByPdo way = way_of(tpdo, wait);
-  if (wait != PdoWait::none) {
+// Answers after a value was written to these TPDOs of the line: with the worst reason, and the
+// first TPDO that has it. keep: they wait for a trigger.
+void OutputService::answer_write(Command command, std::span<const std::uint16_t> tpdos, bool keep,
+                                 Instant now) {
+  WrittenByPdo way{.pdo = tpdos.front(), .wait = PdoWait::none};
+  for (const std::uint16_t tpdo : tpdos) {
+    const PdoWait wait = keep ? PdoWait::trigger : wait_of(tpdo);
+    if (is_worse(wait, way.wait)) {
+      way = way_of(tpdo, wait);
+    }
+  }
+  if (way.wait != PdoWait::none) {
     host().reply(command.tag, Error{}, std::move(way));
     return;
   }
-  host().answer_when_sent({.command = std::move(command),
-                           .frames = {{.tpdo = tpdo, .samples = parts_.node.pdos().samples(tpdo)}},
-                           .data = std::move(way)},
-                          now);
+  FramesUnderWay::Sending sending{
+      .command = std::move(command), .frames = {}, .data = std::move(way)};
+  for (const std::uint16_t tpdo : tpdos) {
+    sending.frames.push_back({.tpdo = tpdo, .samples = parts_.node.pdos().samples(tpdo)});
+  }
+  host().answer_when_sent(std::move(sending), now);
 }
 
 // Answers for an output that no PDO carries: the reason why it waits, or that it was sent.
@@ -248,8 +271,8 @@ void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
     return;
   }
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
-  const PdoWait on_the_way = awaited.number != 0 || stuck ? PdoWait::bus : PdoWait::turn;
   if (awaited.tpdo == 0) {  // sent by MPDO
+    const PdoWait on_the_way = awaited.number != 0 || stuck ? PdoWait::bus : PdoWait::turn;
     const PdoWait wait = own == nmt::State::operational ? on_the_way : PdoWait::operational;
     host().reply(sending.command.tag, Error{}, way_of(scanned_.tpdo(), wait));
     return;
@@ -259,9 +282,29 @@ void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
     host().refuse(sending.command, Refusal::wrong_state, now, receiving);
     return;
   }
-  const PdoWait wait = wait_of(awaited.tpdo);
-  host().reply(sending.command.tag, Error{},
-               way_of(awaited.tpdo, wait == PdoWait::none ? on_the_way : wait));
+  host().reply(sending.command.tag, Error{}, way_of_unsent(sending.frames, stuck));
+}
+
+// The worst reason of the TPDOs whose frames were not acknowledged: of those without a frame on the
+// bus; if there is none, of the last frame, because frames are acknowledged in their order.
+WrittenByPdo OutputService::way_of_unsent(std::span<const FramesUnderWay::Awaited> frames,
+                                          bool stuck) const {
+  const auto last = std::ranges::max_element(frames, {}, &FramesUnderWay::Awaited::number);
+  const bool any_waits =
+      std::ranges::find(frames, 0U, &FramesUnderWay::Awaited::number) != frames.end();
+  WrittenByPdo way;
+  for (const FramesUnderWay::Awaited& awaited : frames) {
+    if (any_waits ? awaited.number != 0 : &awaited != &*last) {
+      continue;
+    }
+    const PdoWait held_back = wait_of(awaited.tpdo);
+    const PdoWait on_the_way = awaited.number != 0 || stuck ? PdoWait::bus : PdoWait::turn;
+    const PdoWait wait = held_back == PdoWait::none ? on_the_way : held_back;
+    if (is_worse(wait, way.wait)) {
+      way = way_of(awaited.tpdo, wait);
+    }
+  }
+  return way;
 }
 
 // --- groups ---------------------------------------------------------------------------------

@@ -54,7 +54,9 @@ class OutputService final : public Service {
   // pdo_trigger: answered with the numbers of the TPDOs; wrong_state (the own node is not
   // Operational, or a value of each PDO is missing), unknown_entry. If a frame is not acknowledged
   // in time, the reply to a write has the reason why its PDO waits, and pdo_trigger is refused with
-  // why_unsent(). All: wrong_role, while another flying master is active.
+  // why_unsent(). A write to an object of several PDOs is answered as sent when all of their frames
+  // were acknowledged, otherwise with the worst reason. All: wrong_role, while another flying
+  // master is active.
   void execute(Command command, Instant now) override;
   // Requests PDOs whose update time has passed.
   void advance(Instant now) override;
@@ -113,12 +115,13 @@ class OutputService final : public Service {
   void write_object(Command command, Instant now);
   void write_by_pdo(Command command, std::span<const std::uint32_t> entries, Instant now);
   Refusal check_by_pdo(const ObjectWrite& request, std::span<const std::uint32_t> entries) const;
-  void answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now);
+  void answer_write(Command command, std::span<const std::uint16_t> tpdos, bool keep, Instant now);
   void answer_scanned(Command command, Instant now);
   void answer_trigger(Command command, Instant now);
   bool asks_at_once(std::uint16_t tpdo) const;
   PdoWait wait_of(std::uint16_t tpdo) const;
   WrittenByPdo way_of(std::uint16_t tpdo, PdoWait wait) const;
+  WrittenByPdo way_of_unsent(std::span<const FramesUnderWay::Awaited> frames, bool stuck) const;
   std::vector<std::uint16_t> tpdos_of(const PdoTrigger& what) const;
   void request_updated(Instant now);
   void apply(const OutputWrite& write, bool always, Instant now);

@@ -52,9 +52,11 @@ enum class PdoWait : std::uint8_t {
 };
 inline constexpr std::size_t kPdoWaits = 7;
 
-// ObjectWrite and SingleOutput: the value was written to a PDO.
+// ObjectWrite and SingleOutput: the value was written to a PDO, or to all PDOs that map the object.
+// Of several PDOs the reply has the worst reason (values, operational, bus, turn, trigger,
+// update_time), and is `none` when the bus acknowledged a frame of each.
 struct WrittenByPdo {
-  std::uint16_t pdo = 0;  // its number on this line; the first of several
+  std::uint16_t pdo = 0;  // its number on this line; of several the first one with that reason
   PdoWait wait = PdoWait::none;
   // With PdoWait::values: the positions of the missing entries in the output layout.
   std::vector<std::uint32_t> missing{};

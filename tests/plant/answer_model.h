@@ -10,7 +10,8 @@
 //      all nodes that ends the state fatal error. It begins the start-up of the network, whose NMT
 //      commands are those of the manager. An MPDO may carry a newer value of the same object.
 //   3. Single outputs by PDO: the line has submitted a frame of their PDO since then that carries
-//      the value, or a newer one of the same entry, and the bus acknowledged it. A triggered PDO: a
+//      the value, or a newer one of the same entry, and the bus acknowledged it; of each PDO, if
+//      several carry the object. A triggered PDO: a
 //      frame of the PDO with the values of the image when the line submits it. A synchronous PDO
 //      may have the values of a SYNC that was queued before the trigger and waited for the bus.
 //      That frame does not answer the trigger: the values that were written until then follow with
@@ -30,7 +31,7 @@
 //      in 2 and 3 was acknowledged; the latter only if no such frame is under way either, and never
 //      for a frame of no service. The same holds for the reasons of a waiting PDO: its turn, the
 //      bus.
-//   6. The values for which a PDO waits are entries of the PDO that are not known; an own node for
+//   6. The PDO that waits carries the object. Its values are entries of it that are not known; an own node for
 //      which it waits is not Operational; the line waits for nothing that is not configured.
 //   7. Single outputs of a node that the line does not show as present and Operational are refused
 //      immediately with wrong_state and an event with the node-ID, and no frame carries the value.
@@ -169,20 +170,23 @@ class AnswerModel {
   static bool is_lss_frame_of(const Given& given, const can::Frame& frame);
   std::string check_output(const Given& given, const line::Reply& reply);
   std::string check_wait(const Given& given, const line::WrittenByPdo& way);
-  std::string check_values(const Given& given, const line::WrittenByPdo& way);
+  std::string check_values(const Given& given, std::size_t entry, const line::WrittenByPdo& way);
   std::string check_refusal(const Given& given, const line::Reply& reply,
                             std::span<const Event> events, Instant now);
   std::string check_event(const Held& refusal, std::span<const Event> events);
   void count_held(std::span<const Event> events);
   std::string check_unsent(const Given& given, bool turn, Instant now);
-  std::size_t entry_of(const line::Command& command) const;
+  std::string check_sent(const Given& given, std::size_t entry);
+  std::string check_unsent(const Given& given, std::size_t entry, bool turn);
+  std::string check_unsent(const Given& given, const Sent& sent, bool turn) const;
+  std::vector<std::size_t> entries_of(const line::Command& command) const;
   bool is_unconfirmed(const line::Command& command) const;
   bool is_single_output(const line::Command& command) const;
   bool is_refusable(const line::Command& command) const;
   bool counts(const Sent& sent, const Given& given) const;
   bool is_frame_of(const Given& given, const Sent& sent) const;
   bool has_newest(const can::Frame& frame, Instant now);
-  bool is_value_of(const Given& given, const can::Frame& frame) const;
+  bool is_value_of(const Given& given, std::size_t entry, const can::Frame& frame) const;
   bool is_mpdo_of(const Given& given, const can::Frame& frame) const;
   bool is_of(const Field& field, const can::Frame& frame) const;
   void check_refused_values(const can::Frame& frame);

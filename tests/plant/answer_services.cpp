@@ -76,7 +76,9 @@ void AnswerModel::commanded(const line::Command& command, Instant now) {
     return;
   }
   if (is_single_output(command)) {
-    writes_[entry_of(command)].push_back({commands_, number_of(data_of(command))});
+    for (const std::size_t entry : entries_of(command)) {
+      writes_[entry].push_back({commands_, number_of(data_of(command))});
+    }
   } else if (const auto* const value = as<line::MpdoWrite>(command)) {
     mpdos_.emplace_back(commands_, *value);
   }
@@ -98,23 +100,30 @@ void AnswerModel::written(const line::OutputWrite& write) {
   }
 }
 
-// The index of the output that the command writes.
-std::size_t AnswerModel::entry_of(const line::Command& command) const {
+// The indices of the outputs that the command writes: of an object, one in each PDO that carries
+// it.
+std::vector<std::size_t> AnswerModel::entries_of(const line::Command& command) const {
+  std::vector<std::size_t> out;
   if (const auto* const output = as<line::SingleOutput>(command)) {
-    return output->entry;
+    out.push_back(output->entry);
+    return out;
   }
   const auto& entries = line_.layout(image::Direction::outputs).entries;
-  const auto it = std::ranges::find_if(entries, [&](const image::Entry& entry) {
-    return entry.node == line::node_of(command) &&
-           od::Address{entry.index, entry.sub} == address_of(command);
-  });
-  return static_cast<std::size_t>(it - entries.begin());
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (entries[i].node == line::node_of(command) &&
+        od::Address{entries[i].index, entries[i].sub} == address_of(command)) {
+      out.push_back(i);
+    }
+  }
+  return out;
 }
 
 bool AnswerModel::is_single_output(const line::Command& command) const {
   using enum line::CommandKind;
   const line::CommandKind asked = line::kind(command);
-  return (asked == output_write || asked == object_write) && entry_of(command) < fields_.size();
+  const bool writes = asked == output_write || asked == object_write;
+  const auto entries = writes ? entries_of(command) : std::vector<std::size_t>{};
+  return !entries.empty() && entries.front() < fields_.size();
 }
 
 bool AnswerModel::is_unconfirmed(const line::Command& command) const {
@@ -131,7 +140,7 @@ bool AnswerModel::is_refusable(const line::Command& command) const {
     return false;
   }
   const auto& entries = line_.layout(image::Direction::outputs).entries;
-  const line::NodeState said = line_.node_state(entries[entry_of(command)].node);
+  const line::NodeState said = line_.node_state(entries[entries_of(command).front()].node);
   const bool operational =
       said.presence == line::Presence::present && said.state == nmt::State::operational;
   return !operational && !(may_be_slave_ && said.presence == line::Presence::unknown);
@@ -182,7 +191,8 @@ bool AnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
       return false;
     }
     default:
-      return is_value_of(given, frame);
+      return std::ranges::any_of(
+          entries_of(command), [&](std::size_t entry) { return is_value_of(given, entry, frame); });
   }
 }
 
@@ -208,8 +218,8 @@ bool AnswerModel::has_newest(const can::Frame& frame, Instant now) {
 }
 
 // Whether the frame carries the value of the command, or a later value of the same entry.
-bool AnswerModel::is_value_of(const Given& given, const can::Frame& frame) const {
-  const std::size_t entry = entry_of(given.command);
+bool AnswerModel::is_value_of(const Given& given, std::size_t entry,
+                              const can::Frame& frame) const {
   const Field& field = fields_[entry];
   if (!is_of(field, frame)) {
     return false;
@@ -273,6 +283,16 @@ std::string AnswerModel::check_sent(const Given& given) {
   return {};
 }
 
+// The same for the PDO of one output.
+std::string AnswerModel::check_sent(const Given& given, std::size_t entry) {
+  const bool sent = std::ranges::any_of(sent_, [&](const Sent& one) {
+    return !one.used && counts(one, given) && is_value_of(given, entry, one.frame);
+  });
+  return sent ? ""
+              : "no frame of PDO " + std::to_string(fields_[entry].pdo) +
+                    " with the value was acknowledged";
+}
+
 std::string AnswerModel::check_output(const Given& given, const line::Reply& reply) {
   const auto* const way = std::get_if<line::WrittenByPdo>(&reply.data);
   if (way == nullptr || !is_single_output(given.command)) {
@@ -284,32 +304,44 @@ std::string AnswerModel::check_output(const Given& given, const line::Reply& rep
   if (way->wait != line::PdoWait::none) {
     return check_wait(given, *way);
   }
-  return check_sent(given).empty() ? std::string()
-                                   : "no frame of its PDO with the value was acknowledged";
+  for (const std::size_t entry : entries_of(given.command)) {
+    if (std::string text = check_sent(given, entry); !text.empty()) {
+      return text;
+    }
+  }
+  return {};
 }
 
 // Clauses 5 and 6.
 std::string AnswerModel::check_wait(const Given& given, const line::WrittenByPdo& way) {
+  const std::vector<std::size_t> written = entries_of(given.command);
+  const auto& entries = line_.layout(image::Direction::outputs).entries;
+  const auto named = std::ranges::find_if(
+      written, [&](std::size_t entry) { return entries[entry].local_pdo == way.pdo; });
+  if (named == written.end()) {
+    return "PDO " + std::to_string(way.pdo) + " does not carry the object";
+  }
   using enum line::PdoWait;
   switch (way.wait) {
     case values:
-      return check_values(given, way);
+      return check_values(given, *named, way);
     case operational:
       return line_.state().own_state == nmt::State::operational
                  ? "it waits for the own node, which is Operational"
                  : "";
     case turn:
-      return check_unsent(given, true, kNever);
+      return check_unsent(given, *named, true);
     case bus:
-      return check_unsent(given, false, kNever);
+      return check_unsent(given, *named, false);
     default:
       return "nothing that it waits for is configured";
   }
 }
 
-std::string AnswerModel::check_values(const Given& given, const line::WrittenByPdo& way) {
+std::string AnswerModel::check_values(const Given& given, std::size_t written,
+                                      const line::WrittenByPdo& way) {
   const auto& entries = line_.layout(image::Direction::outputs).entries;
-  const image::Entry& own = entries[entry_of(given.command)];
+  const image::Entry& own = entries[written];
   line_.snapshot(image::Direction::outputs, snapshot_, given.time, true);
   for (const std::uint32_t entry : way.missing) {
     if (entry >= entries.size() || entries[entry].node != own.node ||
@@ -324,17 +356,36 @@ std::string AnswerModel::check_unsent(const Given& given, bool turn, Instant now
   if (now != kNever && now < given.time + line::kSendTime) {
     return "it waited for less than its time";
   }
+  const bool no_service = turn && line::kind(given.command) == line::CommandKind::can_send;
   for (const Sent& sent : sent_) {
-    const bool since = !sent.used && sent.after >= given.order && is_frame_of(given, sent);
-    if (since && !given.lost && sent.number <= acknowledged_) {
-      return "its frame was acknowledged";
-    }
-    if (since && turn && sent.number > acknowledged_) {
-      return "it waits for its turn, and its frame is under way";
+    std::string text = is_frame_of(given, sent) ? check_unsent(given, sent, turn) : std::string();
+    if (!text.empty()) {
+      return text;
     }
   }
-  return turn && line::kind(given.command) == line::CommandKind::can_send
-             ? "a frame of no service waits for no turn"
+  return no_service ? "a frame of no service waits for no turn" : "";
+}
+
+// The same for the PDO of one output.
+std::string AnswerModel::check_unsent(const Given& given, std::size_t entry, bool turn) {
+  for (const Sent& sent : sent_) {
+    std::string text =
+        is_value_of(given, entry, sent.frame) ? check_unsent(given, sent, turn) : std::string();
+    if (!text.empty()) {
+      return text;
+    }
+  }
+  return {};
+}
+
+// `sent` is a frame of the command.
+std::string AnswerModel::check_unsent(const Given& given, const Sent& sent, bool turn) const {
+  const bool since = !sent.used && sent.after >= given.order;
+  if (since && !given.lost && sent.number <= acknowledged_) {
+    return "its frame was acknowledged";
+  }
+  return since && turn && sent.number > acknowledged_
+             ? "it waits for its turn, and its frame is under way"
              : "";
 }
 
@@ -360,13 +411,13 @@ std::string AnswerModel::check_refusal(const Given& given, const line::Reply& re
   if (!is_single_output(given.command) || why != wrong_state) {
     return {};
   }
-  const std::size_t entry = entry_of(given.command);
-  if (now == given.time) {
+  const std::vector<std::size_t> entries = entries_of(given.command);
+  for (const std::size_t entry : entries) {
     for (Write& write : writes_[entry]) {
-      write.refused |= write.order == given.order;
+      write.refused |= now == given.time && write.order == given.order;
     }
   }
-  const std::uint8_t node = line_.layout(image::Direction::outputs).entries[entry].node;
+  const std::uint8_t node = line_.layout(image::Direction::outputs).entries[entries.front()].node;
   return check_event(
       {.node = node, .refusal = why, .command = line::kind(given.command), .time = now}, events);
 }

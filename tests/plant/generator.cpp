@@ -33,6 +33,7 @@ class Generator {
         random_of_states_(seed + 0x5354),
         random_of_line_(seed + 0x4C49),
         random_of_outputs_(seed + 0x0107),
+        random_of_mappings_(seed + 0x5457),
         services_(seed),
         commands_of_ours_(seed),
         requests_(seed) {}
@@ -114,6 +115,7 @@ class Generator {
       devices_.push_back(draw_device(random_, 1 + i * 9 + below(9)));
       give_mpdos(devices_.back());
       draw_manners(random_of_states_, devices_.back());
+      devices_.back().twice = devices_.back().profile == "drive" && random_of_mappings_() % 2 == 0;
       if (role_ == Role::device) {
         devices_.back().listed = false;
         devices_.back().mandatory = false;
@@ -582,6 +584,7 @@ class Generator {
   std::mt19937_64 random_of_states_;
   std::mt19937_64 random_of_line_;
   std::mt19937_64 random_of_outputs_;
+  std::mt19937_64 random_of_mappings_;
   ServiceCommands services_;
   OwnDeviceCommands commands_of_ours_;
   RequestsAndBursts requests_;

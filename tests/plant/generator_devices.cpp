@@ -84,6 +84,9 @@ void describe(std::ostream& out, const Device& device) {
   if (device.no_cob_ids) {
     out << " no-cob-ids";
   }
+  if (device.twice) {
+    out << " twice";
+  }
   if (device.swapped) {
     out << " swapped " << two_objects_of(device.profile);
   }

@@ -29,6 +29,7 @@ struct Device {
   unsigned answers_after = 0;
   unsigned serial = 0;  // 0 = that of the device file
   bool text = false;    // its TPDO 1 has a string, 2300h
+  bool twice = false;   // two of its RPDOs have the same object
   bool mpdo = false;
   unsigned mpdo_of = 0;  // the node whose MPDOs it receives, 0 = none
 };

@@ -336,6 +336,7 @@ void OutputModel::pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, b
   }
   if (!by_line) {
     pdo.written_by_others |= fate != sim::Fate::lost;
+    note_shared(pdo);
     return;
   }
   if (fate != sim::Fate::doubled && !pdo.under_way.empty()) {
@@ -348,10 +349,35 @@ void OutputModel::pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, b
     return;
   }
   pdo.written_by_others = false;
+  for (Field& field : pdo.fields) {
+    field.overwritten = false;
+  }
+  note_shared(pdo);
   DeviceSeat* const device = seat.find(pdo.node);
   pdo.awaits_sync = device != nullptr && is_synchronous(*device, pdo.number);
   pdo.unconfirmed =
       device != nullptr && !is_operational(seat, *device) && !nodes_[pdo.node].confirmed;
+}
+
+// A frame of the PDO ended: the other RPDOs that carry one of its objects, with another value, no
+// longer show what the device has. A synchronous one that waits for SYNC is processed after it.
+void OutputModel::note_shared(Pdo& pdo) {
+  for (Pdo& other : pdos_) {
+    if (&other == &pdo || other.node != pdo.node) {
+      continue;
+    }
+    for (Field& field : pdo.fields) {
+      const auto same = std::ranges::find(other.fields, field.address, &Field::address);
+      if (same == other.fields.end()) {
+        continue;
+      }
+      const std::uint64_t has = bits_of(pdo.acknowledged.data, field.frame_bit, field.bits);
+      const bool differs = pdo.written_by_others ||
+                           has != bits_of(other.acknowledged.data, same->frame_bit, same->bits);
+      same->overwritten |= differs;
+      field.overwritten |= differs && other.awaits_sync;
+    }
+  }
 }
 
 void OutputModel::withdraw(std::uint8_t node) {
@@ -493,7 +519,8 @@ std::string OutputModel::compare(LineSeat& seat, Pdo& pdo) {
       return name + "with " + std::to_string(shown) + ", its PDO carried " + std::to_string(sent);
     }
     const bool excepted = !pdo.under_way.empty() || pdo.awaits_sync || pdo.lost ||
-                          pdo.written_by_others || pdo.unconfirmed || nodes_[pdo.node].unnoticed ||
+                          pdo.written_by_others || field.overwritten || pdo.unconfirmed ||
+                          nodes_[pdo.node].unnoticed ||
                           (nodes_[pdo.node].restarted_unheard && !nodes_[pdo.node].confirmed);
     if (std::string text = excepted ? std::string() : compare_device(seat, field, shown, pdo.node);
         !text.empty()) {

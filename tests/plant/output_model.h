@@ -41,8 +41,8 @@
 // Clause 3 has these exceptions, and no others:
 //   - The newest frame reached no station (losses, swallowed frames): until the next frame of the
 //     PDO.
-//   - Another station sent a frame with the COB-ID of the RPDO, or the object was written by SDO:
-//     until the next frame of the line.
+//   - Another station sent a frame with the COB-ID of the RPDO, or the object was written by SDO,
+//     or with another value by another RPDO of the device: until the next frame of the line.
 //   - The device left Operational (power, cable, spontaneously, NMT command of another master), and
 //     none of these happened since: the line received a sign as in 2 from it; the line shows it as
 //     not present or not Operational; the line sent it an NMT command that ends Operational. A
@@ -109,6 +109,8 @@ class OutputModel {
     unsigned frame_bit = 0;
     unsigned image_bit = 0;
     unsigned bits = 0;
+    // Another RPDO of the device wrote another value since the newest frame
+    bool overwritten = false;
   };
   struct Pdo {
     std::uint8_t node = 0;
@@ -160,6 +162,7 @@ class OutputModel {
   };
 
   void pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, bool by_line, sim::Fate fate);
+  void note_shared(Pdo& pdo);
   void follow_command(const can::Frame& frame, std::uint8_t id);
   void state_ended(LineSeat& seat, const can::Frame& frame);
   void withdraw(std::uint8_t node);

@@ -261,10 +261,11 @@ void Scenario::group_write(Words& words) {
     const std::string name = words.take();
     words.expect("=");
     const std::vector<std::byte> data = words.hex();
-    line::OutputValue value{.entry = output_entry(*seat().line, name),
-                            .length = static_cast<std::uint8_t>(data.size())};
-    std::copy_n(data.begin(), std::min(data.size(), value.data.size()), value.data.begin());
-    write.values.push_back(value);
+    for (const std::uint32_t entry : output_entries(*seat().line, name)) {
+      line::OutputValue value{.entry = entry, .length = static_cast<std::uint8_t>(data.size())};
+      std::copy_n(data.begin(), std::min(data.size(), value.data.size()), value.data.begin());
+      write.values.push_back(value);
+    }
   }
   seat().answers->written(write);
   seat().line->write_outputs(write, world_.now());
@@ -394,19 +395,24 @@ line::Line& Scenario::ours() {
   return *seat().ours;
 }
 
-// NODE.INDEX:SUB -> entry of the output layout.
-std::uint32_t Scenario::output_entry(const line::Line& line, const std::string& text) {
+// NODE.INDEX:SUB -> entries of the output layout: one in each PDO that carries the object.
+std::vector<std::uint32_t> Scenario::output_entries(const line::Line& line,
+                                                    const std::string& text) {
   const std::size_t dot = text.find('.');
   const auto node = to_number(text.substr(0, dot));
   const od::Address address = parse_address(text.substr(dot + 1));
   const image::Layout& layout = line.layout(Direction::outputs);
+  std::vector<std::uint32_t> out;
   for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
     const image::Entry& entry = layout.entries[i];
     if (entry.node == node && od::Address{entry.index, entry.sub} == address) {
-      return i;
+      out.push_back(i);
     }
   }
-  throw BadStatement("no output entry " + text);
+  if (out.empty()) {
+    throw BadStatement("no output entry " + text);
+  }
+  return out;
 }
 
 }  // namespace linegate::plant

@@ -80,6 +80,10 @@ void map_text(od::DeviceDescription& device) {
   device.objects.insert(next, std::move(added));
 }
 
+// RPDO 1 of a drive also carries 60FFh, which RPDO 2 carries.
+constexpr std::pair<od::Address, std::uint64_t> kTwice[] = {{{0x1600, 0}, 3},
+                                                            {{0x1600, 3}, 0x60FF'0020}};
+
 void set_serial(od::DeviceDescription& device, std::uint32_t serial) {
   for (od::ObjectDescription& object : device.objects) {
     for (od::VariableDescription& variable : object.variables) {
@@ -299,6 +303,8 @@ bool Scenario::object_property(const std::string& key, Words& words, DeviceState
     said.swapped.push_back(static_cast<std::uint16_t>(std::stoul(words.take(), nullptr, 16)));
   } else if (key == "text") {
     said.text = true;
+  } else if (key == "twice") {
+    said.twice = true;
   } else if (key == "no-cob-ids") {
     said.no_cob_ids = true;
   } else if (key == "reboots-on") {
@@ -339,8 +345,16 @@ void Scenario::list_device(DeviceStatement& said) {
   }
   for (const auto& [tpdo, type] : said.on_request) {
     const auto record = static_cast<std::uint16_t>(0x1800 + tpdo - 1);
-    device.defaults = {{{record, 1}, can::default_tpdo_id(tpdo, node.id)}, {{record, 2}, type}};
-    for (const auto& [address, value] : device.defaults) {
+    const std::pair<od::Address, std::uint64_t> values[] = {
+        {{record, 1}, can::default_tpdo_id(tpdo, node.id)}, {{record, 2}, type}};
+    for (const auto& [address, value] : values) {
+      device.defaults.emplace_back(address, value);
+      expect_value(node.device, address, value);
+    }
+  }
+  if (said.twice) {
+    for (const auto& [address, value] : kTwice) {
+      device.defaults.emplace_back(address, value);
       expect_value(node.device, address, value);
     }
   }

@@ -41,6 +41,7 @@ struct DeviceStatement {
   bool ours = false;
   bool no_cob_ids = false;
   bool text = false;
+  bool twice = false;
   std::optional<Duration> heartbeat{};
   std::vector<std::pair<od::Address, std::uint64_t>> expected{};
   std::vector<std::pair<std::uint16_t, Duration>> inhibit_times{};    // by communication record
@@ -108,7 +109,10 @@ class Scenario {
   static bool startup_property(Words& words, const std::string& key, line::LineConfig& config);
   static bool boot_property(Words& words, const std::string& key, line::NodeConfig& node);
   static void expect_value(od::DeviceDescription& device, od::Address address, std::uint64_t value);
-  std::uint32_t output_entry(const line::Line& line, const std::string& text);
+  static std::vector<std::uint32_t> output_entries(const line::Line& line, const std::string& text);
+  static std::uint32_t output_entry(const line::Line& line, const std::string& text) {
+    return output_entries(line, text).front();
+  }
   // The entry NODE.INDEX:SUB in the image.
   struct Shown {
     bool valid = false;

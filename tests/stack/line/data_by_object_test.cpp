@@ -7,7 +7,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/od/dictionary.h"
 
-#include "tests/stack/line/line_fixture.h"
+#include "tests/stack/line/under_way_fixture.h"
 
 namespace linegate::line {
 namespace {
@@ -17,6 +17,44 @@ using testing::IsEmpty;
 
 constexpr std::uint16_t kSetpoint = 0x2002;  // 32 bits, in RPDO 1 of node 5
 constexpr std::uint16_t kMode = 0x2003;      // 8 bits, in the same RPDO
+constexpr std::uint16_t kLimit = 0x2004;     // 8 bits, in RPDO 2 of config_with_shared_mode()
+
+od::VariableDescription mapped_variable(std::uint8_t sub, od::DataType type, std::uint64_t value) {
+  od::VariableDescription out{
+      .sub = sub, .name = "Value", .type = type, .access = od::Access::rw, .mappable = true};
+  out.value.resize(od::byte_size(type));
+  store_le(std::span(out.value), value);
+  return out;
+}
+
+od::ObjectDescription mapped_object(std::uint16_t index, od::ObjectType type,
+                                    std::vector<od::VariableDescription> variables) {
+  od::ObjectDescription out;
+  out.index = index;
+  out.name = "Object";
+  out.type = type;
+  out.variables = std::move(variables);
+  return out;
+}
+
+// RPDO 2 has the mode, too: entry 2; entry 3 is the limit.
+LineConfig config_with_shared_mode() {
+  using enum od::DataType;
+  LineConfig config = config_with_axis();
+  std::vector<od::ObjectDescription>& objects = config.nodes[0].device.objects;
+  objects.push_back(
+      mapped_object(0x1401, od::ObjectType::record,
+                    {mapped_variable(0, unsigned8, 2), mapped_variable(1, unsigned32, 0x305),
+                     mapped_variable(2, unsigned8, 255)}));
+  objects.push_back(
+      mapped_object(0x1601, od::ObjectType::record,
+                    {mapped_variable(0, unsigned8, 2), mapped_variable(1, unsigned32, 0x2003'0008),
+                     mapped_variable(2, unsigned32, 0x2004'0008)}));
+  objects.push_back(
+      mapped_object(kLimit, od::ObjectType::variable, {mapped_variable(0, unsigned8, 0)}));
+  std::ranges::sort(objects, {}, &od::ObjectDescription::index);
+  return config;
+}
 
 class DataByObject : public LineTest {
  protected:
@@ -124,6 +162,38 @@ TEST_F(DataByObject, SdoCanBeEnforced) {  // 5F01h
   hear(0x585, {0x60, 0x03, 0x20, 0, 0, 0, 0, 0});
   EXPECT_EQ(answer().data, ReplyData{WrittenBySdo{}});
   EXPECT_EQ(snapshot(Direction::outputs).valid.at(0), 0U) << "not valid in the image";
+}
+
+TEST_F(DataByObject, TheAnswerForTwoPdosIsThatOfTheOneThatWaits) {
+  run(config_with_shared_mode());
+  const auto frames = [this] {
+    std::vector<std::string> out = sent();
+    std::erase_if(out, [](const std::string& frame) {
+      return !frame.starts_with("205#") && !frame.starts_with("305#");
+    });
+    return out;
+  };
+  ask(write(kSetpoint, setpoint(1)));
+  EXPECT_EQ(ask(write(kMode, mode(7))).data, (ReplyData{WrittenByPdo{2, PdoWait::values, {3}}}))
+      << "PDO 2 waits for the limit";
+  EXPECT_THAT(frames(), ElementsAre("205#0100000007"));
+  EXPECT_EQ(ask(write(kLimit, mode(9))).data, (ReplyData{WrittenByPdo{2, PdoWait::none}}));
+  EXPECT_THAT(frames(), ElementsAre("305#0709"));
+  EXPECT_EQ(ask(write(kMode, mode(8))).data, by_pdo(PdoWait::none));
+  EXPECT_THAT(frames(), ElementsAre("205#0100000008", "305#0809"));
+  EXPECT_EQ(ask(write_keeping_pdo(kMode, mode(9))).data, by_pdo(PdoWait::trigger));
+}
+
+TEST_F(DataByObject, TheUpdateTimeOfOneOfTwoPdosIsAnswered) {
+  LineConfig config = config_with_shared_mode();
+  config.pdo_update_time = milliseconds(20);
+  run(std::move(config));
+  ask(write(kSetpoint, setpoint(1)));
+  ask(write(kLimit, mode(9)));
+  pass(milliseconds(20));
+  set_event_timer(100);
+  EXPECT_EQ(ask(write(kMode, mode(8))).data, (ReplyData{WrittenByPdo{2, PdoWait::update_time}}))
+      << "with an event timer PDO 1 has no update time";
 }
 
 TEST_F(DataByObject, TheUpdateTimeCollectsTheValuesOfAPdo) {  // 5F01h
@@ -306,6 +376,58 @@ TEST_F(DataByObject, ADeviceOfTheLineTriggersItsOwnPdo) {
   EXPECT_EQ(ask(trigger(9, 2)).error, to_error(Refusal::unknown_entry));
   EXPECT_EQ(ask(trigger(8, 1)).error, to_error(Refusal::bad_request));
   EXPECT_EQ(ask(write(kMode, mode(1))).error, to_error(Refusal::wrong_role));
+}
+
+// The mode is in two PDOs, and the bus reports which frames it acknowledged.
+class ObjectOfTwoPdos : public AcknowledgedOutputs {
+ protected:
+  // All values were written and acknowledged.
+  void run(LineConfig config) {
+    AcknowledgedOutputs::run(std::move(config));
+    for (const std::uint16_t index : {kMode, kLimit}) {
+      write_object(index, {std::byte{1}});
+    }
+    write_object(kSetpoint, std::vector<std::byte>(4));
+    hand_out();
+    acknowledge_all();
+    while (is_answered()) {
+    }
+  }
+  void write_object(std::uint16_t index, std::vector<std::byte> data) {
+    line_->execute(
+        {.request = ObjectWrite{.node = 5, .address = {index, 0}, .data = std::move(data)}}, now_);
+  }
+};
+
+TEST_F(ObjectOfTwoPdos, IsSentWhenBothFramesAreAcknowledged) {
+  run(config_with_shared_mode());
+  write_object(kMode, {std::byte{7}});
+  EXPECT_THAT(hand_out(), ElementsAre("205#0000000007", "305#0701"));
+  line_->acknowledged(given_ - 1, now_);
+  EXPECT_FALSE(is_answered()) << "PDO 1 alone";
+  line_->acknowledged(given_, now_);
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{1, PdoWait::none}}));
+}
+
+TEST_F(ObjectOfTwoPdos, NamesThePdoThatIsNotAcknowledged) {
+  run(config_with_shared_mode());
+  write_object(kMode, {std::byte{7}});
+  hand_out();
+  line_->acknowledged(given_ - 1, now_);
+  live(kSendTime);
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{2, PdoWait::bus}}));
+}
+
+TEST_F(ObjectOfTwoPdos, NamesThePdoWhoseInhibitTimeRuns) {
+  LineConfig config = config_with_shared_mode();
+  config.nodes[0].rpdo_inhibit[2] = seconds(5);
+  run(std::move(config));
+  write_object(kMode, {std::byte{7}});
+  EXPECT_THAT(hand_out(), ElementsAre("205#0000000007"));
+  acknowledge_all();
+  EXPECT_FALSE(is_answered());
+  live(kSendTime);
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{2, PdoWait::turn}}));
 }
 
 }  // namespace
