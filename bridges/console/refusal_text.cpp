@@ -128,7 +128,8 @@ void report_no_such_node(Context& context, Model& model, const Line& line, std::
 
 void add_node_state(Context& context, Model& model, const Line& line, std::uint8_t node,
                     Client::Answer& answer) {
-  if (answer.reply.error != line::to_error(line::Refusal::wrong_state)) {
+  const bool names_group = !line::bytes_of(answer.reply.data).empty();
+  if (answer.reply.error != line::to_error(line::Refusal::wrong_state) || names_group) {
     return;
   }
   (void)know_nodes(context, model, line);

@@ -18,7 +18,7 @@ std::string no_such_node(const Line& line, std::uint8_t node);
 void report_no_such_node(Context& context, Model& model, const Line& line, std::uint8_t node);
 
 // After Refusal::wrong_state for a single output value of that node: adds the node and its state to
-// answer.text.
+// answer.text, unless the reply names a group of outputs whose watchdog has fired.
 void add_node_state(Context& context, Model& model, const Line& line, std::uint8_t node,
                     Client::Answer& answer);
 

@@ -8,6 +8,7 @@
 #include "bridges/dds/request_codec.h"
 #include "bridges/dds/values.h"
 #include "stack/base/abort_code.h"
+#include "stack/base/byte_order.h"
 
 namespace linegate::dds {
 
@@ -45,6 +46,10 @@ std::string describe_result(Error error, std::span<const std::byte> data) {
       if (error == line::to_error(line::Refusal::wrong_role) && data.size() == 1) {
         out += ": node " + std::to_string(std::to_integer<unsigned>(data.front())) +
                " is the active NMT master";
+      } else if (error == line::to_error(line::Refusal::wrong_state) && data.size() == 2) {
+        out += ": the watchdog of output group " +
+               std::to_string(load_le<std::uint16_t>(data.data())) +
+               " has fired; an OutputWrite with another arming number comes first";
       }
       return out;
     }

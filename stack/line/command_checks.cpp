@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/own_objects.h"
 
@@ -18,7 +19,20 @@ Error check_single_output(const SingleOutput& request, const image::Layout& layo
     return to_error(Refusal::bound_entry);
   }
   const std::size_t size = (layout.entries[request.entry].bit_length + 7U) / 8U;
-  return request.data.size() == size ? Error{} : to_error(Refusal::bad_request);
+  if (request.data.size() != size) {
+    return to_error(Refusal::bad_request);
+  }
+  return outputs.fired_group(request.entry) == nullptr ? Error{} : to_error(Refusal::wrong_state);
+}
+
+ReplyData fired_group_of(std::uint32_t entry, const Outputs& outputs) {
+  const Outputs::Group* const fired = outputs.fired_group(entry);
+  if (fired == nullptr) {
+    return {};
+  }
+  std::vector<std::byte> out(sizeof fired->config.number);
+  store_le(std::span(out), fired->config.number);
+  return out;
 }
 
 Error check_emcy(nmt::State state) {

@@ -18,9 +18,13 @@ namespace linegate::line {
 
 // Each returns the reason to reject the command; Domain::none if there is none.
 
-// CommandKind::output_write, by hand: does not feed a watchdog or take over a group.
+// CommandKind::output_write, by hand: does not feed a watchdog or take over a group. wrong_state:
+// the watchdog of the output's group has fired, see Outputs::fired_group().
 Error check_single_output(const SingleOutput& request, const image::Layout& layout,
                           const Outputs& outputs);
+// The data of its refusal: the number of the group whose watchdog has fired (2 bytes,
+// little-endian); none if it has not.
+ReplyData fired_group_of(std::uint32_t entry, const Outputs& outputs);
 // CommandKind::emcy_send of a node in that state.
 Error check_emcy(nmt::State state);
 Error to_error(emcy::SendResult result);

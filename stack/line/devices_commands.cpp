@@ -88,7 +88,8 @@ void DevicesLine::single_output(const Command& command, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   const auto& request = std::get<SingleOutput>(command.request);
   if (const Error why = check_single_output(request, layout, outputs); why != Error{}) {
-    answer(command, why, {}, now);
+    const ReplyData group = fired_group_of(request.entry, outputs);
+    refuse(command, static_cast<Refusal>(why.code), now, 0, group);
     return;
   }
   image.write_entry(Direction::outputs, request.entry, request.data);

@@ -279,7 +279,8 @@ void Line::reply(std::uint64_t tag, Error error, ReplyData data) {
   replies_.push_back({.tag = tag, .error = error, .data = std::move(data)});
 }
 
-void Line::refuse(const Command& command, Refusal refusal, Instant now, std::uint8_t named) {
+void Line::refuse(const Command& command, Refusal refusal, Instant now, std::uint8_t named,
+                  ReplyData data) {
   ++counters_.commands_refused;
   const std::uint8_t node = named == 0 ? node_of(command) : named;
   events_.emit({.time = now,
@@ -289,7 +290,7 @@ void Line::refuse(const Command& command, Refusal refusal, Instant now, std::uin
   if (kind(command) == CommandKind::routing_trace) {
     replies_.push_back({.tag = command.tag, .error = to_error(refusal), .data = {}});
   } else {
-    reply(command.tag, to_error(refusal));
+    reply(command.tag, to_error(refusal), std::move(data));
   }
 }
 

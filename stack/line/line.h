@@ -266,7 +266,8 @@ class Line : protected ServiceHost {
   // none.
   virtual std::uint8_t active_master() const { return 0; }
   void reply(std::uint64_t tag, Error error, ReplyData data = {}) override;
-  void refuse(const Command& command, Refusal refusal, Instant now, std::uint8_t node = 0) override;
+  void refuse(const Command& command, Refusal refusal, Instant now, std::uint8_t node = 0,
+              ReplyData data = {}) override;
   // Rejects a message to a line that does not take part in routing, so that its sender does not
   // wait.
   void reject(const routing::Message& message);

@@ -100,7 +100,12 @@ void OutputService::before_boot(Instant now) {
 void OutputService::write_entry(Command command, Instant now) {
   const image::Layout& layout = parts_.image.layout(Direction::outputs);
   const auto& request = std::get<SingleOutput>(command.request);
-  if (const Error why = check_single_output(request, layout, outputs_); why != Error{}) {
+  const Error why = check_single_output(request, layout, outputs_);
+  if (why == to_error(Refusal::wrong_state)) {
+    refuse_fired(command, request.entry, now);
+    return;
+  }
+  if (why != Error{}) {
     host().answer(command, why, {}, now);
     return;
   }
@@ -135,6 +140,12 @@ void OutputService::write_by_pdo(Command command, std::span<const std::uint32_t>
   const auto& request = std::get<ObjectWrite>(command.request);
   if (const Refusal why = check_by_pdo(request, entries); why != Refusal::none) {
     host().refuse(command, why, now);
+    return;
+  }
+  const auto fired = std::ranges::find_if(
+      entries, [this](std::uint32_t entry) { return outputs_.fired_group(entry) != nullptr; });
+  if (fired != entries.end()) {
+    refuse_fired(command, *fired, now);
     return;
   }
   for (const std::uint32_t entry : entries) {
@@ -173,6 +184,12 @@ Refusal OutputService::check_by_pdo(const ObjectWrite& request,
     }
   }
   return Refusal::none;
+}
+
+// The value would not be that which the reaction of the watchdog left. The reply names the group.
+void OutputService::refuse_fired(const Command& command, std::uint32_t entry, Instant now) {
+  host().refuse(command, Refusal::wrong_state, now, entries()[entry].node,
+                fired_group_of(entry, outputs_));
 }
 
 // Answers after a value was written to these TPDOs of the line: with the worst reason, and the

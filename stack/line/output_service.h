@@ -49,8 +49,9 @@ class OutputService final : public Service {
 
   std::span<const CommandKind> commands() const override;
   bool needs_master() const override { return false; }
-  // output_write: see check_single_output(); wrong_state (the node is not Operational). Applied
-  // after a watchdog reaction, too. object_write: bad_request, wrong_state, bound_entry.
+  // output_write: see check_single_output(); wrong_state (the node is not Operational).
+  // object_write: bad_request, wrong_state, bound_entry. Both: wrong_state with the number of the
+  // group (2 bytes, little-endian) in the reply, if its watchdog has fired.
   // pdo_trigger: answered with the numbers of the TPDOs; wrong_state (the own node is not
   // Operational, or a value of each PDO is missing), unknown_entry. If a frame is not acknowledged
   // in time, the reply to a write has the reason why its PDO waits, and pdo_trigger is refused with
@@ -115,6 +116,7 @@ class OutputService final : public Service {
   void write_object(Command command, Instant now);
   void write_by_pdo(Command command, std::span<const std::uint32_t> entries, Instant now);
   Refusal check_by_pdo(const ObjectWrite& request, std::span<const std::uint32_t> entries) const;
+  void refuse_fired(const Command& command, std::uint32_t entry, Instant now);
   void answer_write(Command command, std::span<const std::uint16_t> tpdos, bool keep, Instant now);
   void answer_scanned(Command command, Instant now);
   void answer_trigger(Command command, Instant now);

@@ -191,6 +191,11 @@ void Outputs::disarm() {
   follow_deadlines();
 }
 
+const Outputs::Group* Outputs::fired_group(std::uint32_t entry) const {
+  const std::uint16_t position = entry < group_of_.size() ? group_of_[entry] : kNoGroup;
+  return position != kNoGroup && groups_[position].tripped ? &groups_[position] : nullptr;
+}
+
 void Outputs::note_complete(std::uint16_t group) {
   LINEGATE_ASSERT(find(group) != nullptr, "the group exists");
   find(group)->resends = false;

@@ -83,6 +83,9 @@ class Outputs {
   void note_complete(std::uint16_t group);
   Instant next_wake() const { return next_deadline_; }
 
+  // The group of the entry, if its watchdog has fired and no write was applied since; nullptr if it
+  // has not. Until then the values are those that the reaction left.
+  const Group* fired_group(std::uint32_t entry) const;
   // Whether the entry follows an input, of this gateway or of another one.
   bool is_bound(std::uint32_t entry) const { return bound_[entry]; }
 

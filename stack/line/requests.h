@@ -111,7 +111,8 @@ struct NetworkWrite {
 };
 
 // Writes an object by PDO if a PDO of the line carries it, else by SDO like SdoWrite (CANopenIA
-// manual 5.1). Reply: WrittenByPdo or WrittenBySdo; no data for an object of the own node.
+// manual 5.1). By PDO refused as SingleOutput. Reply: WrittenByPdo or WrittenBySdo; no data for an
+// object of the own node.
 struct ObjectWrite {
   static constexpr CommandKind kKind = CommandKind::object_write;
   std::uint8_t node = 0;  // 1..127
@@ -161,8 +162,9 @@ struct ObjectCreate {
 
 // --- process data --------------------------------------------------------------------------------
 
-// Writes one output value by hand. wrong_state while its node is not Operational. Reply:
-// WrittenByPdo; no data if no PDO or MPDO carries the entry.
+// Writes one output value by hand. wrong_state while its node is not Operational, or from the
+// reaction of its group's watchdog until the next OutputWrite of the group. Reply: WrittenByPdo; no
+// data if no PDO or MPDO carries the entry.
 struct SingleOutput {
   static constexpr CommandKind kKind = CommandKind::output_write;
   std::uint32_t entry = 0;        // of the output layout

@@ -27,10 +27,10 @@ class ServiceHost {
 
   // Sends the one reply to the command with that tag.
   virtual void reply(std::uint64_t tag, Error error, ReplyData data) = 0;
-  // Refuses a command: sends the reply and emits an event.
+  // Refuses a command: sends the reply, with the data, and emits an event.
   // node: that of the event; 0 = the node that the command names.
-  virtual void refuse(const Command& command, Refusal refusal, Instant now,
-                      std::uint8_t node = 0) = 0;
+  virtual void refuse(const Command& command, Refusal refusal, Instant now, std::uint8_t node = 0,
+                      ReplyData data = {}) = 0;
   // Refuses the command if the error is a Refusal; otherwise replies with the error, or without
   // one.
   void answer(const Command& command, Error error, ReplyData data, Instant now) {

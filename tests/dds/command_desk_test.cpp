@@ -375,6 +375,11 @@ TEST(CommandSamples, ResultsAreSaidInWords) {
   EXPECT_EQ(describe_result(line::to_error(Refusal::busy)), std::string(describe(Refusal::busy)));
   EXPECT_EQ(describe_result(line::to_error(Refusal::wrong_role), std::array{std::byte{9}}),
             std::string(describe(Refusal::wrong_role)) + ": node 9 is the active NMT master");
+  EXPECT_EQ(
+      describe_result(line::to_error(Refusal::wrong_state), std::array{std::byte{2}, std::byte{1}}),
+      std::string(describe(Refusal::wrong_state)) +
+          ": the watchdog of output group 258 has fired; an OutputWrite with another arming number "
+          "comes first");
   EXPECT_EQ(describe_result({Domain::can, 19}), "No such device");
 }
 

@@ -31,10 +31,12 @@
 //      in 2 and 3 was acknowledged; the latter only if no such frame is under way either, and never
 //      for a frame of no service. The same holds for the reasons of a waiting PDO: its turn, the
 //      bus.
-//   6. The PDO that waits carries the object. Its values are entries of it that are not known; an own node for
-//      which it waits is not Operational; the line waits for nothing that is not configured.
-//   7. Single outputs of a node that the line does not show as present and Operational are refused
-//      immediately with wrong_state and an event with the node-ID, and no frame carries the value.
+//   6. The PDO that waits carries the object. The values for which it waits are entries of the PDO
+//      that are not known; an own node for which it waits is not Operational; the line waits for
+//      nothing that is not configured.
+//   7. Single outputs of a node that the line does not show as present and Operational, or of a
+//      group whose watchdog the line shows as fired, are refused immediately with wrong_state and
+//      an event with the node-ID, and no frame carries the value.
 //   8. The event of 7 is missing only as base/repeat_limit.h specifies: an equal event passed less
 //      than a second before; or kPlaces different events did, and one more, which occupied the
 //      shared place. Within a second of the refusal there is an event command_refused with the
@@ -124,7 +126,7 @@ class AnswerModel {
     std::uint64_t order = 0;
     Instant time{};
     bool unconfirmed = false;  // see kSendTime
-    bool refusable = false;    // a single output of a node that is not Operational
+    bool refusable = false;    // clause 7
     bool lost = false;         // a bus-off lost frames since then
   };
   // The position of an output entry in the frames of its PDO.
@@ -183,6 +185,7 @@ class AnswerModel {
   bool is_unconfirmed(const line::Command& command) const;
   bool is_single_output(const line::Command& command) const;
   bool is_refusable(const line::Command& command) const;
+  bool has_fired(const line::Command& command) const;
   bool counts(const Sent& sent, const Given& given) const;
   bool is_frame_of(const Given& given, const Sent& sent) const;
   bool has_newest(const can::Frame& frame, Instant now);

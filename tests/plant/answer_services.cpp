@@ -86,7 +86,7 @@ void AnswerModel::commanded(const line::Command& command, Instant now) {
                          .order = commands_,
                          .time = now,
                          .unconfirmed = is_unconfirmed(command),
-                         .refusable = is_refusable(command)};
+                         .refusable = is_refusable(command) || has_fired(command)};
 }
 
 void AnswerModel::written(const line::OutputWrite& write) {
@@ -144,6 +144,13 @@ bool AnswerModel::is_refusable(const line::Command& command) const {
   const bool operational =
       said.presence == line::Presence::present && said.state == nmt::State::operational;
   return !operational && !(may_be_slave_ && said.presence == line::Presence::unknown);
+}
+
+// The lines of plants have one group, with all outputs.
+bool AnswerModel::has_fired(const line::Command& command) const {
+  line::OutputState group;
+  line_.output_state(0, group);
+  return is_single_output(command) && group.tripped;
 }
 
 // --- frames -------------------------------------------------------------------------------------
@@ -299,7 +306,7 @@ std::string AnswerModel::check_output(const Given& given, const line::Reply& rep
     return {};
   }
   if (given.refusable) {
-    return "its node is not Operational";
+    return "its node is not Operational, or the watchdog of its group has fired";
   }
   if (way->wait != line::PdoWait::none) {
     return check_wait(given, *way);
@@ -475,7 +482,7 @@ std::string AnswerModel::compare(std::span<const Event> events, Instant now) {
     if (late || (given.refusable && now > given.time)) {
       return "command " + std::to_string(tag) + " (" +
              std::string(line::name(line::kind(given.command))) + ") is not answered" +
-             (late ? " in time" : " at once: its node is not Operational");
+             (late ? " in time" : " at once: it must be refused");
     }
   }
   return early_;

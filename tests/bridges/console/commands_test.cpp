@@ -569,6 +569,17 @@ TEST_F(Commands, AnOutputOfANodeThatIsNotOperationalIsRefusedWithItsState) {
             "operational\n");
 }
 
+TEST_F(Commands, AnOutputWhoseWatchdogHasFiredIsNotRefusedWithAStateOfItsNode) {
+  gateway_.answer.reply = {.error = line::to_error(line::Refusal::wrong_state),
+                           .data = std::vector{std::byte{0}, std::byte{0}}};
+  gateway_.answer.text = "not possible in the present state: the watchdog of output group 0";
+  EXPECT_EQ(write(context_, "press", "0", "1"), kFailed);
+  EXPECT_EQ(err_.str(), "not possible in the present state: the watchdog of output group 0\n");
+  err_.str("");
+  EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "1", false), kFailed);
+  EXPECT_EQ(err_.str(), "not possible in the present state: the watchdog of output group 0\n");
+}
+
 TEST_F(Commands, ARefusedNodeThatIsOperationalMeanwhileIsNotCalledBoth) {
   gateway_.answer.reply.error = line::to_error(line::Refusal::wrong_state);
   gateway_.answer.text = "not possible in the present state";

@@ -364,6 +364,11 @@ TEST_F(DevicesTest, ASilentWriterIsTold) {
   }));
   pass(seconds(1));
   EXPECT_THAT(sent(), Not(Contains(HasSubstr("706#"))));
+  const Reply refused =
+      command({.request = SingleOutput{.entry = entry(Direction::outputs, "axis6.Status"),
+                                       .data = {std::byte{4}, std::byte{}}}});
+  EXPECT_EQ(refused.error, to_error(Refusal::wrong_state)) << "a value by hand";
+  EXPECT_EQ(refused.data, (ReplyData{std::vector{std::byte{0}, std::byte{0}}})) << "the group";
 }
 
 TEST_F(DevicesTest, DefaultsAreThereFromTheStart) {

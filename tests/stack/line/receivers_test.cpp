@@ -286,6 +286,39 @@ TEST_F(OutputsOfANode, AreSentAsTheWatchdogLeftThem) {
   EXPECT_THAT(pdos(), ElementsAre("205#0000000000"));
 }
 
+TEST_F(OutputsOfANode, AreNotWrittenByHandAfterTheWatchdogFired) {
+  make(config_with_axis());
+  boot();
+  pass(milliseconds(1));
+  write(1, 2, 7, milliseconds(50), kZeroOutputs);
+  pass(milliseconds(60));
+  pdos();
+  events();
+  const ReplyData group = std::vector{std::byte{0}, std::byte{0}};
+  line_->execute({.request = SingleOutput{.entry = 1, .data = {std::byte{7}}}}, now_);
+  Reply refused = answer();
+  EXPECT_EQ(refused.error, to_error(Refusal::wrong_state));
+  EXPECT_EQ(refused.data, group) << "the reply names the group";
+  EXPECT_TRUE(emitted(EventKind::command_refused, 5));
+  ObjectWrite object{.node = 5, .address = {0x2003, 0}, .data = {std::byte{7}}};
+  line_->execute({.request = object}, now_);
+  refused = answer();
+  EXPECT_EQ(refused.error, to_error(Refusal::wrong_state));
+  EXPECT_EQ(refused.data, group);
+  hear_heartbeat(kOperational);
+  EXPECT_THAT(pdos(), IsEmpty());
+  EXPECT_EQ(snapshot(Direction::outputs).bytes.at(4), std::byte{0}) << "as the reaction left it";
+  object.force_sdo = true;
+  line_->execute({.request = object}, now_);
+  EXPECT_THAT(sent(), ElementsAre("605#2F03200007000000")) << "not an output of the group";
+  hear(0x585, {0x60, 0x03, 0x20, 0, 0, 0, 0, 0});
+  EXPECT_EQ(answer().error, Error{});
+  EXPECT_EQ(write(5, 5, 8), OutputRefusal::none);
+  EXPECT_THAT(pdos(), ElementsAre("205#0500000005"));
+  EXPECT_EQ(write_by_hand(1, {std::byte{7}}), Error{});
+  EXPECT_THAT(pdos(), ElementsAre("205#0500000007"));
+}
+
 TEST_F(OutputsOfANode, ASingleWriteAnswersWhatItsPdoWaitsFor) {
   make(config_with_axis());
   boot();

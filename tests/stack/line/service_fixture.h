@@ -54,15 +54,15 @@ class RecordingHost final : public ServiceHost {
   void refuse_unsent(CommandKind of, Refusal why, Instant now) override {
     std::erase_if(sendings_, [&](const FramesUnderWay::Sending& sending) {
       if (kind(sending.command) == of) {
-        refuse(sending.command, why, now, 0);
+        refuse(sending.command, why, now, 0, {});
       }
       return kind(sending.command) == of;
     });
   }
   bool bus_is_stuck(Instant /*now*/) const override { return stuck_; }
-  void refuse(const Command& command, Refusal refusal, Instant /*now*/,
-              std::uint8_t /*node*/) override {
-    reply(command.tag, to_error(refusal), {});
+  void refuse(const Command& command, Refusal refusal, Instant /*now*/, std::uint8_t /*node*/,
+              ReplyData data) override {
+    reply(command.tag, to_error(refusal), std::move(data));
   }
   bool is_running() const override { return true; }
   bool usable() const override { return usable_; }
