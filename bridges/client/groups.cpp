@@ -45,7 +45,7 @@ std::string_view describe_wait(line::OutputWait wait) {
     case line::OutputWait::own_node:
       return "the gateway's own node is not Operational";
     case line::OutputWait::node:
-      return "its node is not Operational";
+      return "its node is not confirmed as Operational, or has other PDOs than the image";
     case line::OutputWait::turn:
       return "waits for SYNC, an inhibit time or the bus";
     case line::OutputWait::bus:

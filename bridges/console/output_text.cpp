@@ -60,9 +60,21 @@ std::string node_text(const Line& line, std::uint8_t id) {
              : node + ", which is " + std::string(nmt::name(state.state));
 }
 
+// Why the gateway sends nothing to a node that is shown as Operational.
+std::string held_back_text(const Line& line, std::uint8_t id) {
+  constexpr char kOtherPdos = 'J';  // boot status, CiA 302-2
+  const auto known = line.nodes.find(id);
+  const bool other_pdos = known != line.nodes.end() && known->second.state.boot == kOtherPdos;
+  return "node " + std::to_string(id) +
+         (other_pdos ? ", whose PDOs are not those of the image (boot status J)"
+                     : ", which is not confirmed as operational yet");
+}
+
 // The reason that the gateway reports for an entry whose PDO has all values and whose node is
-// Operational.
-std::string_view reported_wait(const Line& line, std::size_t entry) {
+// Operational. The gateway reports none for an entry of no group, as one that follows an input, and
+// for those after the first 64 of a group. Other reasons contradict the states that were received:
+// they are older or newer.
+std::string reported_wait(const Line& line, std::size_t entry, std::uint8_t node) {
   for (const auto& [number, view] : line.groups) {
     for (const line::OutputState::Wait& wait : view.state.waits) {
       if (wait.entry != entry) {
@@ -70,17 +82,23 @@ std::string_view reported_wait(const Line& line, std::size_t entry) {
       }
       switch (wait.reason) {
         case line::OutputWait::bus:
-          return "the bus: no acknowledge";
+          return "waits for the bus: no acknowledge";
         case line::OutputWait::trigger:
-          return "a trigger of its PDO";
+          return "waits for a trigger of its PDO";
         case line::OutputWait::update_time:
-          return "the update time of its PDO";
-        default:
-          return kTurn;
+          return "waits for the update time of its PDO";
+        case line::OutputWait::turn:
+          return "waits for " + std::string(kTurn);
+        case line::OutputWait::node:
+          return "waits for " + held_back_text(line, node);
+        case line::OutputWait::value:
+        case line::OutputWait::values:
+        case line::OutputWait::own_node:
+          break;
       }
     }
   }
-  return kTurn;
+  return "not sent, reason not reported";
 }
 
 }  // namespace
@@ -131,6 +149,9 @@ std::string output_state(const Line& line, std::size_t entry) {
   if (outputs.valid(entry)) {
     return line.view && line.view->state.role == line::Role::device ? "written" : "sent";
   }
+  if (line.view && line.view->state.role == line::Role::observer) {
+    return "not heard since its node's start";
+  }
   if (!outputs.known(entry)) {
     return "never written";
   }
@@ -145,7 +166,7 @@ std::string output_state(const Line& line, std::size_t entry) {
   if (!node.empty()) {
     return "waits for " + node;
   }
-  return "waits for " + std::string(reported_wait(line, entry));
+  return reported_wait(line, entry, place.node);
 }
 
 std::string group_text(const OutputStateView& view) {

@@ -17,7 +17,7 @@ enum class OutputWait : std::uint8_t {
   value,     // it was never written and has no default
   values,    // another entry of its PDO was never written and has no default
   own_node,  // the own node is not Operational
-  node,      // the node that receives its PDO is not Operational
+  node,      // the node that receives its PDO is not confirmed as Operational, or has other PDOs
   turn,      // the transmission type, the inhibit time or the arbitration on the bus
   bus,       // the bus does not acknowledge frames, or accepts none
   trigger,   // it was written without a request of its PDO: ObjectWrite::keep_pdo, 5F41h:04h bit 6

@@ -200,6 +200,54 @@ TEST(Tables, AnOutputShowsTheReasonThatTheGatewayReports) {
   EXPECT_EQ(state(line::OutputWait::update_time), "waits for the update time of its PDO");
   EXPECT_EQ(state(line::OutputWait::bus), "waits for the bus: no acknowledge");
   EXPECT_EQ(state(line::OutputWait::turn), "waits for its turn on the bus (SYNC, inhibit time)");
+  EXPECT_EQ(state(line::OutputWait::node),
+            "waits for node 5, which is not confirmed as operational yet");
+  NodeView node{.name = "ram",
+                .state = {.node = 5,
+                          .state = nmt::State::operational,
+                          .presence = line::Presence::present,
+                          .boot = 'J'}};
+  model.on_node(test::kPress, node);
+  EXPECT_EQ(state(line::OutputWait::node),
+            "waits for node 5, whose PDOs are not those of the image (boot status J)");
+  EXPECT_EQ(state(line::OutputWait::own_node), "not sent, reason not reported")
+      << "the own node is operational now";
+}
+
+TEST(Tables, AnOutputWithoutAReportedReasonShowsNone) {
+  Model model = test::plant();
+  LineView line = test::line_view(3);
+  line.state.own_state = nmt::State::operational;
+  model.on_line(test::kPress, line);
+  image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 10};
+  image.bytes = {std::byte{0x0F}, std::byte{0}};
+  image.changed = image.valid = {0};
+  image.known = {1};
+  model.on_image(test::kPress, image);
+  const auto state = [&] {
+    return column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState)
+        .back();
+  };
+  EXPECT_EQ(state(), "not sent, reason not reported") << "it is in no group";
+  OutputStateView others;
+  others.state.waiting = 65;
+  others.state.waits = {{1, line::OutputWait::bus}};
+  model.on_output_state(test::kPress, others);
+  EXPECT_EQ(state(), "not sent, reason not reported") << "not among those that are reported";
+}
+
+TEST(Tables, AnOutputOfAnotherMasterIsHeardOrNot) {
+  Model model = test::plant();
+  LineView line = test::line_view(3);
+  line.state.role = line::Role::observer;
+  model.on_line(test::kPress, line);
+  image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 10};
+  image.bytes = {std::byte{0x0F}, std::byte{0}};
+  image.changed = image.valid = image.known = {0};
+  model.on_image(test::kPress, image);
+  EXPECT_EQ(
+      column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState).back(),
+      "not heard since its node's start");
 }
 
 TEST(Tables, WhatIsStaleIsShownAsSuch) {
