@@ -248,8 +248,10 @@ std::string_view describe(GroupState state);
 
 enum class LossReason : std::uint8_t {
   none,
-  other_owner,     // a client of higher strength writes the group: owner()
-  watchdog,        // the application did not poll in time, or the network was interrupted
+  other_owner,  // a client of higher strength writes the group: owner()
+  // The application did not poll in time, or the network was interrupted; or another flying master
+  // was active. The next arm() has another arming number.
+  watchdog,
   restarted,       // the gateway was started anew
   layout_changed,  // the values have other places, or the group has another number or name
   gateway_silent,  // published nothing for 3 s

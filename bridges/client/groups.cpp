@@ -222,7 +222,7 @@ void Core::judge(GroupData& group, const LineData::Group& state) {
     group.values.clear();
     return set_state(group, GroupState::refused, LossReason::none);
   }
-  if (mine && now.tripped)
+  if (mine && now.arming_wanted)
     return lose(group, LossReason::watchdog);
   if (mine)
     return set_state(group, GroupState::held, LossReason::none);
@@ -359,7 +359,7 @@ std::string_view describe(LossReason reason) {
     case LossReason::other_owner:
       return "another client writes the group";
     case LossReason::watchdog:
-      return "its watchdog has fired";
+      return "its watchdog has fired, or another NMT master was active";
     case LossReason::restarted:
       return "the gateway was restarted";
     case LossReason::layout_changed:

@@ -186,7 +186,7 @@ class Holder {
     const auto group = line_.groups.find(group_);
     return model_.freshness(line_) == Freshness::live && is_published_ &&
            group != line_.groups.end() && group->second.state.arming == arming_ &&
-           !group->second.state.tripped;
+           !group->second.state.arming_wanted;
   }
 
   // The image may still have an earlier write; this checks that the line accepted this one.
@@ -212,8 +212,9 @@ class Holder {
       return line + " was started again and has not taken the value yet";
     }
     const line::OutputState& state = group->second.state;
-    if (state.tripped) {
-      return "the watchdog of group " + std::to_string(group_) + " has fired";
+    if (state.arming_wanted) {
+      return "the watchdog of group " + std::to_string(group_) +
+             " has fired, or another NMT master was active";
     }
     if (state.arming != arming_) {
       return (state.owner.empty() ? "an unnamed client" : printable(state.owner)) +

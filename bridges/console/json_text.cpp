@@ -268,7 +268,7 @@ Json group_json(const OutputStateView& view) {
           {"refused", state.refused},
           {"refusal", state.refused == 0 ? Json(nullptr) : Json(line::describe(state.refusal))},
           {"arming", state.arming},
-          {"arming_wanted", state.tripped},
+          {"arming_wanted", state.arming_wanted},
           {"watchdog_left_ms",
            age_json(runs ? std::optional(state.deadline - view.time) : std::optional<Duration>())},
           {"waiting", state.waiting},

@@ -180,8 +180,10 @@ std::string group_text(const OutputStateView& view) {
            ", " + std::to_string(state.applied) + " times, arming number " +
            std::to_string(state.arming);
   }
-  if (state.tripped) {
-    out += "; the watchdog has fired, another arming number is needed";
+  if (state.arming_wanted) {
+    out +=
+        "; another arming number is needed: the watchdog has fired, or another NMT master was "
+        "active";
   } else if (state.deadline != kNever) {
     out += "; the watchdog fires in " + duration_text(state.deadline - view.time);
   }

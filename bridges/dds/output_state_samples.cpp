@@ -32,7 +32,7 @@ void to_wire(const line::OutputState& from, const ClockMap& clock, Instant now,
   to.refusal(static_cast<std::uint8_t>(from.refusal));
   to.refused_client(bounded(from.refused_client));
   to.arming(from.arming);
-  to.arming_wanted(from.tripped);
+  to.arming_wanted(from.arming_wanted);
   to.watchdog_ns(from.watchdog.count());
   const bool runs = from.deadline != kNever && from.deadline > now;
   to.watchdog_left_ns(runs ? (from.deadline - now).count() : 0);
@@ -55,7 +55,7 @@ void from_wire(const v1::OutputState& from, const ClockMap& clock, line::OutputS
   to.refusal = static_cast<line::OutputRefusal>(from.refusal());
   to.refused_client = from.refused_client().to_string();
   to.arming = from.arming();
-  to.tripped = from.arming_wanted();
+  to.arming_wanted = from.arming_wanted();
   to.watchdog = Duration(from.watchdog_ns());
   const Instant taken = clock.instant(from.time());
   const bool runs = from.watchdog_left_ns() > 0 && taken >= Instant{};

@@ -44,7 +44,7 @@ bool same_state(const line::LineState& a, const line::LineState& b) {
 // Compares the members whose changes are published at once.
 bool same_outputs(const line::OutputState& a, const line::OutputState& b) {
   return a.owner == b.owner && a.refused == b.refused && a.arming == b.arming &&
-         a.tripped == b.tripped && a.watchdog == b.watchdog && a.waiting == b.waiting &&
+         a.arming_wanted == b.arming_wanted && a.watchdog == b.watchdog && a.waiting == b.waiting &&
          a.waits == b.waits && (a.applied == 0) == (b.applied == 0);
 }
 

@@ -37,10 +37,12 @@ struct OutputState {
   std::string refused_client;
   std::uint32_t refused_number = 0;  // its OutputWrite::client_number
   std::uint64_t arming = 0;          // of the last write that was applied
-  bool tripped = false;              // the watchdog fired: only another arming number is applied
-  Duration watchdog{};               // 0 = none
-  Instant deadline = kNever;         // when the watchdog fires
-  std::uint32_t waiting = 0;         // entries of the group that are not valid
+  // Only another arming number than `arming` is applied: the watchdog has fired, or another flying
+  // master was active.
+  bool arming_wanted = false;
+  Duration watchdog{};        // 0 = none
+  Instant deadline = kNever;  // when the watchdog fires
+  std::uint32_t waiting = 0;  // entries of the group that are not valid
   struct Wait {
     std::uint32_t entry = 0;  // of the output layout
     OutputWait reason = OutputWait::value;

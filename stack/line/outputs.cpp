@@ -153,7 +153,7 @@ void Outputs::describe(std::size_t position, OutputState& out) const {
   out.refused_client = from.refused_client;
   out.refused_number = from.refused_number;
   out.arming = from.arming;
-  out.tripped = from.tripped;
+  out.arming_wanted = from.burnt == from.arming;
   out.watchdog = from.watchdog;
   out.deadline = from.deadline;
   out.waiting = 0;

@@ -118,7 +118,7 @@ inline line::OutputState output_state() {
   state.refusal = line::OutputRefusal::not_armed;
   state.refused_client = "old";
   state.arming = 9;
-  state.tripped = true;
+  state.arming_wanted = true;
   state.watchdog = std::chrono::milliseconds(100);
   state.deadline = at(4) + std::chrono::milliseconds(40);
   state.waiting = 5;

@@ -225,7 +225,7 @@ TEST(StateSamples, OutputStateComesBack) {
   EXPECT_EQ(state.refusal, sent.refusal);
   EXPECT_EQ(state.refused_client, sent.refused_client);
   EXPECT_EQ(state.arming, sent.arming);
-  EXPECT_TRUE(state.tripped);
+  EXPECT_TRUE(state.arming_wanted);
   EXPECT_EQ(state.watchdog, sent.watchdog);
   EXPECT_EQ(state.deadline, sent.deadline);
   EXPECT_EQ(state.waiting, sent.waiting);

@@ -98,7 +98,7 @@ class Samples {
     state.name = one_of(in_, kNames);
     state.owner = in_.flag() ? "app" : "x";
     state.arming = in_.flag() ? arming_ : number(in_);
-    state.tripped = in_.flag();
+    state.arming_wanted = in_.flag();
     state.refusal = static_cast<line::OutputRefusal>(in_.byte());
     state.refused_client = in_.flag() ? "app" : "x";
     state.refused_at = Instant{Duration(static_cast<std::int64_t>(number(in_)))};

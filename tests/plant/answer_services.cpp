@@ -150,7 +150,7 @@ bool AnswerModel::is_refusable(const line::Command& command) const {
 bool AnswerModel::has_fired(const line::Command& command) const {
   line::OutputState group;
   line_.output_state(0, group);
-  return is_single_output(command) && group.tripped;
+  return is_single_output(command) && group.arming_wanted;
 }
 
 // --- frames -------------------------------------------------------------------------------------

@@ -31,7 +31,7 @@ struct ClientCore : testing::Test {
     line::OutputState state;
     state.owner = owner;
     state.arming = arming;
-    state.tripped = tripped;
+    state.arming_wanted = tripped;
     world->group(1, state);
     client.poll(0ms);
   }

@@ -181,7 +181,7 @@ TEST_F(DdsProcessTest, OutputsReactToTheirWatchdogWhileNoProcessRuns) {
   const pid_t first = dds_process();
   kill(first, SIGSTOP);  // for longer than the watchdog: it is found after 1.5 s
   ASSERT_TRUE(back_after(first));
-  ASSERT_TRUE(meanwhile([&] { return strict_.output_states["open"].tripped; }));
+  ASSERT_TRUE(meanwhile([&] { return strict_.output_states["open"].arming_wanted; }));
   // An old set-point has no effect; a new arming number has.
   const auto applied = strict_.output_states["open"].applied;
   client_->write_outputs(at("open"), write);

@@ -72,14 +72,14 @@ TEST_F(NamedProcessTest, TheWatchdogFiresWithoutAProcessAndReadersSeeItAfterward
   const pid_t first = dds_process();
   kill(first, SIGSTOP);  // for longer than the watchdog: it is found after 1.5 s
   ASSERT_TRUE(write_until(writer, [&] { return dds_process() != first; }));
-  ASSERT_TRUE(write_until(writer, [&] { return state().tripped && seen(0); }));
+  ASSERT_TRUE(write_until(writer, [&] { return state().arming_wanted && seen(0); }));
   EXPECT_GT(outputs.sample.sequence_number(), before);
   ASSERT_TRUE(write_until(writer, [&] {
     return state().refusal == line::OutputRefusal::not_armed;
   })) << "an old set-point has no effect";
   writer.sample.arming(2);
   EXPECT_TRUE(write_until(writer, [&] { return state().arming == 2 && seen(240); }));
-  EXPECT_FALSE(state().tripped);
+  EXPECT_FALSE(state().arming_wanted);
   EXPECT_EQ(outputs.back, 0);
 }
 

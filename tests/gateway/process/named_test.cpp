@@ -189,13 +189,13 @@ TEST_F(NamedSetTest, TheWatchdogFiresAndANewArmingNumberEndsItsReaction) {
   writer.sample.watchdog_ns(100'000'000);
   writer.sample.reactions(line::kZeroOutputs);
   ASSERT_TRUE(write_until(writer, [&] { return is_applied("plc"); }));
-  ASSERT_TRUE(until([&] { return state().tripped; })) << "the writer is silent";
+  ASSERT_TRUE(until([&] { return state().arming_wanted; })) << "the writer is silent";
   ASSERT_TRUE(
       write_until(writer, [&] { return state().refusal == line::OutputRefusal::not_armed; }));
-  EXPECT_TRUE(state().tripped);
+  EXPECT_TRUE(state().arming_wanted);
   writer.sample.arming(2);
   writer.sample.watchdog_ns(0);
-  EXPECT_TRUE(write_until(writer, [&] { return state().arming == 2 && !state().tripped; }));
+  EXPECT_TRUE(write_until(writer, [&] { return state().arming == 2 && !state().arming_wanted; }));
 }
 
 TEST_F(NamedSetTest, OutputWriteIsRefusedWithAReason) {

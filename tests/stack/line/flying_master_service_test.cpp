@@ -333,13 +333,22 @@ TEST_F(FlyingMasterServiceTest, ANodeThatIsNotGuardedAnyMoreIsNotShownAsValid) {
 TEST_F(FlyingMasterServiceTest, ANewMasterSendsNoOldOutputs) {
   start(config());
   become_master();
+  const auto arming_wanted = [this] {
+    OutputState state;
+    line_->output_state(0, state);
+    return state.arming_wanted;
+  };
+  EXPECT_FALSE(arming_wanted()) << "nothing was written";
   EXPECT_EQ(write(1), OutputRefusal::none);
+  EXPECT_FALSE(arming_wanted());
   follow_other();
   become_master();
   pass(milliseconds(10));
   EXPECT_THAT(sent(), Not(Contains(StartsWith("205#"))));
+  EXPECT_TRUE(arming_wanted());
   EXPECT_EQ(write(1), OutputRefusal::not_armed);
   EXPECT_EQ(write(2), OutputRefusal::none);
+  EXPECT_FALSE(arming_wanted());
   pass(milliseconds(1));
   EXPECT_THAT(sent(), Contains(StartsWith("205#07")));
 }
