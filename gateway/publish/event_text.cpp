@@ -80,13 +80,9 @@ std::string bus_errors(std::uint32_t bits) {
 }
 
 std::string reactions(std::uint32_t bits) {
-  constexpr std::array<std::string_view, 7> kNames{"outputs set to zero",
-                                                   "NMT enter pre-operational",
-                                                   "NMT stop",
-                                                   "NMT reset communication",
-                                                   "NMT reset node",
-                                                   "EMCY sent",
-                                                   "heartbeat off"};
+  constexpr std::array<std::string_view, 7> kNames{
+      "outputs set to zero", "NMT enter pre-operational", "NMT stop",     "NMT reset communication",
+      "NMT reset node",      "EMCY sent or queued",       "heartbeat off"};
   const std::string out = bits_text(bits, kNames);
   return out.empty() ? "outputs held" : out;
 }

@@ -566,7 +566,9 @@ struct OutputArmed {
 struct OutputWatchdog {
   static constexpr EventKind kKind = EventKind::output_watchdog;
   std::uint16_t group = 0;
-  std::uint8_t reactions = 0;  // line::kZeroOutputs ..., those that were carried out
+  // line::kZeroOutputs ..., those that were carried out: NMT commands and an EMCY if they are sent
+  // or queued
+  std::uint8_t reactions = 0;
 
   friend bool operator==(const OutputWatchdog&, const OutputWatchdog&) = default;
 };

@@ -490,7 +490,7 @@ void OutputService::expire_watchdogs(Instant now) {
 }
 
 // Reactions that do not apply to the role are ignored (IXXAT manual 5.17); the event has those that
-// were executed.
+// were executed: NMT commands and an EMCY if they are sent or queued.
 void OutputService::react(const Outputs::Group& group, Instant now) {
   std::uint8_t taken = kHoldOutputs;
   if ((group.reactions & kZeroOutputs) != 0) {
@@ -504,8 +504,10 @@ void OutputService::react(const Outputs::Group& group, Instant now) {
     }
   }
   if ((group.reactions & kSendEmcy) != 0) {
-    (void)parts_.node.report_error(kWatchdogEmcy, kWatchdogRegister, {}, now);
-    if (!host().is_silent()) {
+    const emcy::SendResult result =
+        parts_.node.report_error(kWatchdogEmcy, kWatchdogRegister, {}, now);
+    const bool sent = result == emcy::SendResult::sent || result == emcy::SendResult::queued;
+    if (sent && !host().is_silent()) {
       taken |= kSendEmcy;
     }
   }

@@ -122,7 +122,8 @@ class Halls(Setup):
         until(f"refused: {why}", lambda: text in self.events("output-refused"))
 
 
-LOST = f"no valid value of {SOURCE} within the time-out of output group {GROUP}: outputs set to zero, EMCY sent"
+LOST = (f"no valid value of {SOURCE} within the time-out of output group {GROUP}: outputs set to zero, "
+        "EMCY sent or queued")
 ARMED = f"outputs of group {GROUP} have a value of {SOURCE}, time-out {1000 * TIMEOUT} ms"
 
 

@@ -417,7 +417,7 @@ TEST(EventText, NamesTheNodeAndSaysWhatHappened) {
       "node 5 (ram): object 1800:01 could not be read or configured: object does not exist "
       "in the object dictionary (06020000)");
   EXPECT_EQ(words(0, event::OutputWatchdog{.group = 3, .reactions = 0x21}),
-            "watchdog of output group 3 fired: outputs set to zero, EMCY sent");
+            "watchdog of output group 3 fired: outputs set to zero, EMCY sent or queued");
   EXPECT_EQ(words(0, event::FramesLost{12}), "12 frames lost before they could be read");
 }
 

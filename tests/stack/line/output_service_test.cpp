@@ -157,6 +157,24 @@ TEST_F(OutputServiceTest, AWatchdogZeroesTheGroupUntilItIsArmedAnew) {
   EXPECT_EQ(parts.image.read_entry(Direction::outputs, 0), 9U);
 }
 
+TEST_F(OutputServiceTest, AnEmcyThatIsNotSentIsNoReaction) {
+  const auto reactions = [this](std::uint64_t arming) {
+    OutputWrite write = group_write(arming);
+    write.reactions |= kSendEmcy;
+    EXPECT_EQ(service.write(write, now), OutputRefusal::none);
+    now += milliseconds(100);
+    service.expire_watchdogs(now);
+    std::array<Event, 16> events;
+    const std::size_t count = parts.events.take(events);
+    const auto fired =
+        std::ranges::find(std::span(events).first(count), EventKind::output_watchdog, &Event::kind);
+    return fired->get<event::OutputWatchdog>()->reactions;
+  };
+  EXPECT_EQ(reactions(1), kZeroOutputs | kSendEmcy);
+  parts.node->command(nmt::Command::stop, now);
+  EXPECT_EQ(reactions(2), kZeroOutputs) << "a stopped node sends no EMCY";
+}
+
 TEST_F(OutputServiceTest, AnotherClientThatTakesAGroupOverIsAnEvent) {
   OutputWrite write = group_write(1);
   write.client_number = 7;
