@@ -535,23 +535,35 @@ struct EventWords {
   }
 };
 
-std::string who(const Event& event, const line::LineConfig& line) {
+// Events that are always about an own device. Others may be about another node of that number, as a
+// boot-up message. own_state has its own words for the node-ID.
+bool is_of_own_device(EventKind kind) {
+  using enum EventKind;
+  constexpr std::array kKinds{emcy_sent,      pdo_length, pdo_timeout,
+                              pdo_recovered,  sync_lost,  duplicate_node_id,
+                              object_written, own_reset,  time_received};
+  return std::ranges::find(kKinds, kind) != kKinds.end();
+}
+
+std::string who(const Event& event, const line::LineConfig& line, std::uint8_t node_id) {
   if (event.node == 0) {
     return {};
   }
   const auto it = std::find_if(line.nodes.begin(), line.nodes.end(),
                                [&](const auto& node) { return node.id == event.node; });
-  return it == line.nodes.end() ? fmt::format("node {}: ", event.node)
-                                : fmt::format("node {} ({}): ", event.node, it->name);
+  const std::string name = it == line.nodes.end() ? std::string() : fmt::format(" ({})", it->name);
+  const bool by_lss = node_id != 0 && node_id != event.node && is_of_own_device(event.kind());
+  return fmt::format("node {}{}{}: ", event.node, name,
+                     by_lss ? fmt::format(" (node-ID {})", node_id) : "");
 }
 
 }  // namespace
 
 std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface,
-                     const ClientDirectory* clients) {
+                     const ClientDirectory* clients, std::uint8_t node_id) {
   const EventWords words{
       .line = line, .interface = interface, .node = event.node, .clients = clients};
-  return short_text(who(event, line) + std::visit(words, event.data), kLongestText);
+  return short_text(who(event, line, node_id) + std::visit(words, event.data), kLongestText);
 }
 
 std::string describe_bus_errors(std::uint32_t bits) {

@@ -18,6 +18,7 @@
 #include "gateway/publish/output_groups.h"
 #include "gateway/publish/routing_text.h"
 #include "gateway/runtime/channels.h"
+#include "stack/can/cob_id.h"
 #include "stack/diagnosis/network_state.h"
 #include "stack/line/event_severity.h"
 #include "stack/usdo/abort_form.h"
@@ -346,8 +347,13 @@ bool Publisher::publish_page() {
 void Publisher::publish_events(Line& line, Instant now) {
   for (Event event; line.host->port.events.pop(event);) {
     line.history->correct(event);
-    const std::string text = describe(event, line.host->plan.config,
-                                      name_for_people(line.host->plan.interface), &clients_);
+    std::uint8_t& node_id = line.node_ids[event.node & can::kMaxNodeId];
+    if (const auto* const own = event.get<event::OwnState>()) {
+      node_id = own->node_id;
+    }
+    const std::string text =
+        describe(event, line.host->plan.config, name_for_people(line.host->plan.interface),
+                 &clients_, node_id);
     journalise(line.numbers, event, text);
     edge_.publish_event(line.info.name, event, text);
     line.logger.write(line.info.name, event, text, now);

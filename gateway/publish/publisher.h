@@ -95,6 +95,8 @@ class Publisher {
     can_bridge::ControllerSetup controller;
     EventLogger logger;
     std::array<Node, 128> nodes;
+    // By configured number: the node-ID of an own device on the bus, 0 = none or unknown
+    std::array<std::uint8_t, 128> node_ids{};
     bool state_known = false;
     line::LineState last_state;
     Instant state_published{};

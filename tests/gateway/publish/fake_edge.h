@@ -28,6 +28,8 @@ class FakeEdge final : public DataEdge {
   }
   // The stream in the newest GatewayState before the newest event. While the publisher is stopped.
   std::uint64_t stream_before_event() const { return stream_before_event_; }
+  // The text of the newest event. While the publisher is stopped.
+  const std::string& event_text() const { return event_text_; }
   // Whether it accepts images. While the publisher is stopped.
   void accept_images(bool accepts) { accepts_images_ = accepts; }
   void warn(std::string warning) {
@@ -117,8 +119,9 @@ class FakeEdge final : public DataEdge {
     stream_ = info.event_stream;
     add("gateway " + info.version + ' ' + std::to_string(info.participants));
   }
-  void publish_event(std::string_view line, const Event& event, std::string_view) override {
+  void publish_event(std::string_view line, const Event& event, std::string_view text) override {
     stream_before_event_ = stream_;
+    event_text_ = text;
     add("event " + std::string(line) + ' ' + std::to_string(event.number));
   }
   EventMembers members(const EventData& data) const override {
@@ -171,6 +174,7 @@ class FakeEdge final : public DataEdge {
   std::vector<std::function<void(RequestHandler&)>> requests_;
   std::vector<std::string> warnings_;
   std::vector<Property> line_properties_;
+  std::string event_text_;
   std::size_t namesakes_ = 0;
   bool accepts_images_ = true;
   std::uint64_t failed_ = 0;

@@ -431,6 +431,24 @@ TEST(EventText, NamesTheNodeIdThatLssGaveAnOwnDevice) {
   EXPECT_EQ(with(5), "node 5 (ram): own node pre-operational (was initialising)");
 }
 
+TEST(EventText, NamesTheNodeIdOnTheBusBesideTheConfiguredOne) {
+  const auto with = [](std::uint8_t node, const EventData& data, std::uint8_t node_id) {
+    return describe({.node = node, .data = data}, line_with_node(), "socketcan:can0", nullptr,
+                    node_id);
+  };
+  EXPECT_EQ(with(5, event::TimeReceived{}, 9), "node 5 (ram) (node-ID 9): TIME received");
+  EXPECT_EQ(with(6, event::TimeReceived{}, 9), "node 6 (node-ID 9): TIME received");
+  EXPECT_EQ(with(5, event::TimeReceived{}, 5), "node 5 (ram): TIME received");
+  EXPECT_EQ(with(5, event::TimeReceived{}, 0), "node 5 (ram): TIME received");
+  EXPECT_EQ(with(5, event::BootUp{}, 9), "node 5 (ram): boot-up") << "of another node";
+  EXPECT_EQ(with(5,
+                 event::OwnState{.state = nmt::State::pre_operational,
+                                 .before = nmt::State::initialising,
+                                 .node_id = 9},
+                 9),
+            "node 5 (ram): own node pre-operational (was initialising), node-ID 9 by LSS");
+}
+
 TEST(EventText, SaysHowManyMalformedFramesWereHeldBack) {
   event::MalformedFrame frame{.identifier = 0x585, .length = 2, .data = {std::byte{0x43}}};
   EXPECT_EQ(words(5, frame), "node 5 (ram): frame 585h of 2 bytes not understood: 43 00");

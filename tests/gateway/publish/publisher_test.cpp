@@ -84,6 +84,15 @@ TEST_F(PublisherTest, RepliesComeAfterTheEventsBeforeThemAndStatesAfterBoth) {
                           "node press 5 "));
 }
 
+TEST_F(PublisherTest, AnEventNamesTheNodeIdThatLssGave) {
+  Event own{.number = 1, .node = 5, .data = event::OwnState{.node_id = 9}};
+  port().events.push(own);
+  Event time{.number = 2, .node = 5, .data = event::TimeReceived{}};
+  port().events.push(time);
+  published();
+  EXPECT_EQ(edge.event_text(), "node 5 (node-ID 9): TIME received");
+}
+
 // The client learns from OutputState that it was refused, and the line knows its number alone.
 TEST_F(PublisherTest, ARefusalOfTheGatewayNamesItsClientInOutputState) {
   const std::uint32_t client = publisher->clients().number({.id = {1}}, "hmi");
