@@ -8,6 +8,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/line/build.h"
 #include "stack/line/pdo_checks.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::config {
@@ -49,8 +50,8 @@ void add_node_hints(const std::string& line, bool is_manager, const line::NodeCo
     return;
   }
   if (const std::uint16_t missing = missing_error_control(node); missing != 0) {
-    hint(fmt::format("its file has no object {:04X}:00, which its error control is written to",
-                     missing));
+    hint(fmt::format("its file has no object {}, which its error control is written to",
+                     od::to_text({missing, 0})));
   }
   if (node.device.vendor_number == 0 && identity(node, 1) == 0) {
     const bool product = identity(node, 2) != 0;

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "stack/od/description.h"
+
 namespace linegate::gateway {
 
 std::vector<Property> boot_properties(const line::NodeState& state) {
@@ -17,8 +19,7 @@ std::vector<Property> boot_properties(const line::NodeState& state) {
   out.push_back({"boot-letter", std::string(1, state.boot)});
   out.push_back({"boot-text", manager::describe_boot(state.boot, finding)});
   if (finding.kind != Kind::none) {
-    out.push_back(
-        {"boot-object", fmt::format("{:04X}:{:02X}", finding.object.index, finding.object.sub)});
+    out.push_back({"boot-object", od::to_text(finding.object)});
   }
   if (finding.kind == Kind::abort) {
     out.push_back({"boot-abort", fmt::format("{:08X}", static_cast<std::uint32_t>(finding.abort))});

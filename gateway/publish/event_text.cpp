@@ -23,6 +23,7 @@
 #include "stack/manager/boot_event.h"
 #include "stack/nmt/sleep_protocol.h"
 #include "stack/nmt/state.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 #include "stack/routing/post.h"
@@ -52,7 +53,7 @@ std::string suppressed(std::uint32_t count) {
 
 template <class Data>
 std::string object(const Data& data) {
-  return fmt::format("{:04X}:{:02X}", data.index, data.sub);
+  return od::to_text({data.index, data.sub});
 }
 
 std::string abort_text(AbortCode code) {
