@@ -278,6 +278,12 @@ void Node::Impl::before_tpdo(std::uint16_t number) {
   }
 }
 
+void Node::Impl::tpdo_transmitted(std::uint16_t number, std::span<const std::byte> differs) {
+  if (application != nullptr) {
+    application->tpdo_transmitted(number, differs);
+  }
+}
+
 void Node::Impl::rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received) {
   const Lengths lengths{static_cast<std::uint8_t>(received), static_cast<std::uint8_t>(mapped)};
   if (received < mapped) {

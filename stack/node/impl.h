@@ -141,6 +141,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
 
   void rpdo_received(std::uint16_t number, Instant time) override;
   void before_tpdo(std::uint16_t number) override;
+  void tpdo_transmitted(std::uint16_t number, std::span<const std::byte> differs) override;
   void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received) override;
   void rpdo_deadline(std::uint16_t number) override;
   void rpdo_recovered(std::uint16_t number) override;

@@ -333,8 +333,8 @@ void Engine::Impl::start_tpdo(const Parameters& parameters, CopyPlan plan) {
     pdo.frame.length = can::fd_length(pdo.plan.bytes());
     pdo.frame.flags |= can::Frame::kFd | can::Frame::kBitRateSwitch;
   }
-  pdo.direct = is_event_driven(pdo.type) && !pdo.linked && pdo.is_word() && pdo.plan.runs.empty() &&
-               std::ranges::all_of(pdo.plan.objects, &ObjectRun::is_word);
+  pdo.direct = is_event_driven(pdo.type) && !pdo.linked && !reports_transmission && pdo.is_word() &&
+               pdo.plan.runs.empty() && std::ranges::all_of(pdo.plan.objects, &ObjectRun::is_word);
   pdo.plain = pdo.direct && !pdo.timed && own_image != nullptr && !pdo.cob_id.extended();
   if ((pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0) {
     dispatch.add(pdo.cob_id.id(), pdo.cob_id.extended(), can::Service::tpdo_rtr, slot);
@@ -361,6 +361,7 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
     const can::CobId cob_id = tpdos[slot].cob_id;
     dispatch.remove(cob_id.id(), cob_id.extended(), can::Service::tpdo_rtr, slot);
     tpdos[slot] = {};
+    unacknowledged.clear(slot);
     under_way[slot].clear();
     if (source_tpdo == slot) {
       source_tpdo.reset();

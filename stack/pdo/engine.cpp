@@ -10,6 +10,8 @@ void Listener::rpdo_received(std::uint16_t /*number*/, Instant /*now*/) {
 }
 void Listener::before_tpdo(std::uint16_t /*number*/) {
 }
+void Listener::tpdo_transmitted(std::uint16_t /*number*/, std::span<const std::byte> /*differs*/) {
+}
 void Listener::rpdo_wrong_length(std::uint16_t /*number*/, unsigned /*mapped*/,
                                  unsigned /*received*/) {
 }
@@ -73,6 +75,14 @@ void Engine::link(const LinkPlan& plan) {
   if (!plan.tpdos.empty()) {
     impl_->image.follow_transmission();
   }
+}
+
+void Engine::follow_transmission() {
+  impl_->reports_transmission = true;
+}
+
+void Engine::forget_transmission() {
+  impl_->forget_transmission();
 }
 
 bool Engine::pop_reception(Reception& out) {

@@ -63,6 +63,9 @@ class Listener {
   virtual ~Listener() = default;
   virtual void rpdo_received(std::uint16_t number, Instant now);  // the values were written
   virtual void before_tpdo(std::uint16_t number);  // the values are about to be sampled
+  // See Engine::follow_transmission(). The bus acknowledged a frame of the TPDO: its receivers have
+  // the present values, except the bits that are set in `differs`, which is laid out as the frame.
+  virtual void tpdo_transmitted(std::uint16_t number, std::span<const std::byte> differs);
   // A frame of the wrong length (EMCY 8210h, 8220h), or a missed deadline (EMCY 8250h).
   virtual void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received);
   virtual void rpdo_deadline(std::uint16_t number);
@@ -118,6 +121,13 @@ class Engine {
 
   // Largest PDO in bytes: 8, or 64 on a CAN FD line. Precondition: before configure().
   void set_max_length(std::size_t bytes);
+
+  // Calls Listener::tpdo_transmitted() from now on, for TPDOs that are not linked and no MPDOs.
+  // Frames that were handed out before the node left Operational, or before their TPDO was changed,
+  // do not count. Precondition: before configure().
+  void follow_transmission();
+  // The frames that were handed out until now do not count either: the bus was lost.
+  void forget_transmission();
 
   // Sets the time of subsequent writes. advance() does so too.
   void pass_time(Instant now);
@@ -280,8 +290,8 @@ class Engine {
   // The bus acknowledged the frames up to that number, except lost ones. No allocation.
   void acknowledged(std::uint64_t number);
   // The frames first..last were not sent on the bus, or their fate is unknown: their values stay
-  // not valid. TPDOs with output entries are requested again, as by trigger(), unless their
-  // receiver is `waiting`.
+  // not valid. TPDOs with output entries, and those of follow_transmission(), are requested again,
+  // as by trigger(), unless their receiver is `waiting`.
   void lost(std::uint64_t first, std::uint64_t last);
   // Number of the first valid TPDO that maps the object; 0 if there is none.
   std::uint16_t first_tpdo(od::Address address) const;
@@ -296,6 +306,22 @@ class Engine {
   // Whether the TPDO is requested by events only, and no request has the newest values of these
   // bits of the output area yet: the next request sends them. number: 1..
   bool awaits_trigger(std::uint16_t number, std::uint32_t bit_offset, std::uint32_t bits) const;
+  // An object that a valid TPDO sends, which is neither linked nor an MPDO.
+  struct SentObject {
+    od::Address address;
+    std::uint16_t tpdo = 0;  // its number: 1..
+    can::CobId cob_id;
+    std::uint16_t frame_bit = 0;  // its first bit in the frame
+    std::uint16_t bits = 0;
+
+    bool operator==(const SentObject&) const = default;
+    // Whether one of its bits is set.
+    bool has_bit(std::span<const std::byte> frame) const;
+  };
+  // Ascending by TPDO. The same until revision() changes.
+  std::vector<SentObject> sent_objects() const;
+  // As above, for the bits of that object.
+  bool awaits_trigger(const SentObject& object) const;
   // No frame is requested, not even one that an inhibit time delays: next_frame() would return
   // false. Hot.
   bool quiet() const { return (sending_ | asking_) == 0; }

@@ -268,6 +268,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // The frame of a linked TPDO was handed out: its entries with their newest values become valid
   // when it is acknowledged.
   void note_transmission(std::uint16_t slot);
+  bool has_untransmitted(std::uint16_t slot, const Tpdo& pdo) const;
+  void forget_transmission();
   void confirm(std::uint16_t slot, const FrameData& differs);
   // Whether the newest values are known, and are those of its last sample.
   bool is_newest(std::uint16_t slot) const;
@@ -275,6 +277,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool is_taken(std::uint16_t slot) const;
   void acknowledged(std::uint64_t number);
   void lost(std::uint64_t first, std::uint64_t last);
+  // The bits that are not in the newest sample, or none of which was requested: see
+  // Engine::awaits_trigger(). Nothing if the TPDO comes by itself, or is no such TPDO.
+  std::optional<FrameData> unrequested(std::uint16_t number) const;
   // Whether it will be requested without an event, or at the next SYNC by an earlier event.
   bool comes_by_itself(std::uint16_t slot) const;
   // Takes a new sample. Returns true if it is the first, or differs from the previous one.
@@ -351,6 +356,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   image::Area* outputs = nullptr;
   std::size_t max_bytes = can::kMaxClassicData;
   bool operational = false;
+  bool reports_transmission = false;  // see follow_transmission()
   bool keeps_early = false;
   std::uint8_t node_id = 0;
   std::array<Receiver, can::kMaxNodeId + 1> receivers{};  // of linked TPDOs, by node-ID
@@ -382,8 +388,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::uint64_t frame_number = 0;         // of the current frame, see note_transmission()
   std::uint64_t awaiting = 0;             // summary of unacknowledged
   SummedBitmap unacknowledged{awaiting};  // by slot: under_way has frames
-  std::vector<ValuesUnderWay> under_way;  // by slot: linked TPDOs with values that are not valid
-  Bitmap affected;                        // by slot: temporary result of mark_affected()
+  // By slot: linked TPDOs with values that are not valid, and those of follow_transmission().
+  std::vector<ValuesUnderWay> under_way;
+  Bitmap affected;  // by slot: temporary result of mark_affected()
   struct Source {
     std::uint32_t begin = 0;  // bits of the output area
     std::uint32_t end = 0;

@@ -196,6 +196,7 @@ void Engine::Impl::drop_what_missed_the_window() {
 }
 
 void Engine::Impl::go_quiet() {
+  forget_transmission();
   window_end = kNever;
   window_open = false;
   pending.clear_all();

@@ -54,25 +54,65 @@ bool Engine::Impl::comes_by_itself(std::uint16_t slot) const {
   return pdo.type != kSyncAcyclic || pdo.event || pending.test(pdo.rank);
 }
 
-bool Engine::awaits_trigger(std::uint16_t number, std::uint32_t bit_offset,
-                            std::uint32_t bits) const {
+std::optional<Engine::Impl::FrameData> Engine::Impl::unrequested(std::uint16_t number) const {
   const auto slot = static_cast<std::uint16_t>(number - 1U);
-  if (number == 0 || number > impl_->tpdos.size()) {
-    return false;
+  if (number == 0 || number > tpdos.size()) {
+    return std::nullopt;
   }
-  const Tpdo& pdo = impl_->tpdos[slot];
-  const bool held = impl_->held_changed.test(slot) || impl_->held_always.test(slot);
-  if (!pdo.active || pdo.mpdo != MpdoMode::none || held || impl_->comes_by_itself(slot)) {
-    return false;
+  const Tpdo& pdo = tpdos[slot];
+  const bool waits = held_changed.test(slot) || held_always.test(slot);
+  if (!pdo.active || pdo.mpdo != MpdoMode::none || waits || comes_by_itself(slot)) {
+    return std::nullopt;
   }
-  if (!impl_->pending.test(pdo.rank) && !impl_->unacknowledged.test(slot)) {
-    return true;
+  FrameData differs;
+  if (!pending.test(pdo.rank) && !unacknowledged.test(slot)) {
+    differs.fill(std::byte{0xFF});
+    return differs;
   }
-  Impl::FrameData differs = impl_->gather(pdo);
+  differs = gather(pdo);
   for (std::size_t i = 0; i < differs.size(); ++i) {
     differs[i] ^= pdo.frame.data[i];
   }
-  return pdo.plan.reaches(differs.data(), bit_offset, bits);
+  return differs;
+}
+
+bool Engine::awaits_trigger(std::uint16_t number, std::uint32_t bit_offset,
+                            std::uint32_t bits) const {
+  const auto differs = impl_->unrequested(number);
+  return differs && impl_->tpdos[number - 1U].plan.reaches(differs->data(), bit_offset, bits);
+}
+
+bool Engine::awaits_trigger(const SentObject& object) const {
+  const auto differs = impl_->unrequested(object.tpdo);
+  return differs && object.has_bit(*differs);
+}
+
+bool Engine::SentObject::has_bit(std::span<const std::byte> frame) const {
+  for (unsigned bit = frame_bit; bit < frame_bit + unsigned{bits}; ++bit) {
+    if ((frame[bit / 8] >> bit % 8 & std::byte{1}) != std::byte{}) {
+      return true;
+    }
+  }
+  return false;
+}
+
+std::vector<Engine::SentObject> Engine::sent_objects() const {
+  std::vector<SentObject> out;
+  for (std::size_t slot = 0; slot < impl_->tpdos.size(); ++slot) {
+    const Tpdo& pdo = impl_->tpdos[slot];
+    if (!pdo.active || pdo.linked || pdo.mpdo != MpdoMode::none) {
+      continue;
+    }
+    const auto number = static_cast<std::uint16_t>(slot + 1);
+    std::uint16_t bit = 0;
+    for (const Mapping& mapping : read_mapping(impl_->dictionary, PdoKind::tpdo, number)) {
+      if (!is_dummy(mapping)) {
+        out.push_back({mapping.address, number, pdo.cob_id, bit, mapping.bits});
+      }
+      bit = static_cast<std::uint16_t>(bit + mapping.bits);
+    }
+  }
+  return out;
 }
 
 bool Engine::Impl::wants_to_send(Instant now) const {

@@ -396,7 +396,7 @@ inline std::size_t Engine::Impl::first_ready() const {
   sent.add(header.flags, header.length);
   ++counters.sent;
   outputs->touch(slot, now);
-  if (pdo.linked && (outputs->pdo(slot).attention & image::PdoState::kNotValid) != 0) {
+  if (has_untransmitted(slot, pdo)) {
     frame_number = number;
     note_transmission(slot);
   }
@@ -493,7 +493,23 @@ bool Engine::Impl::shows_newest(std::uint16_t slot) const {
   return state == Receiver::unknown || state == Receiver::started;
 }
 
-// Precondition: not all of its values are valid.
+// Of a TPDO that is not linked the listener knows.
+[[gnu::hot]] inline bool Engine::Impl::has_untransmitted(std::uint16_t slot,
+                                                         const Tpdo& pdo) const {
+  return pdo.linked ? (outputs->pdo(slot).attention & image::PdoState::kNotValid) != 0
+                    : reports_transmission && pdo.mpdo == MpdoMode::none;
+}
+
+void Engine::Impl::forget_transmission() {
+  for (std::size_t slot = 0; reports_transmission && slot < tpdos.size(); ++slot) {
+    if (!tpdos[slot].linked) {
+      unacknowledged.clear(slot);
+      under_way[slot].clear();
+    }
+  }
+}
+
+// Precondition: has_untransmitted().
 [[gnu::hot]] void Engine::Impl::note_transmission(std::uint16_t slot) {
   const Tpdo& pdo = tpdos[slot];
   if (!is_taken(slot) || held_back(slot)) {
@@ -514,6 +530,12 @@ bool Engine::Impl::shows_newest(std::uint16_t slot) const {
 // The receivers have the present values except those bits of the frame.
 [[gnu::hot]] void Engine::Impl::confirm(std::uint16_t slot, const FrameData& differs) {
   const auto number = static_cast<std::uint16_t>(slot + 1);
+  if (!tpdos[slot].linked) {
+    if (listener != nullptr) {
+      listener->tpdo_transmitted(number, differs);
+    }
+    return;
+  }
   if (differs == FrameData{}) {
     image.set_pdo_valid(image::Direction::outputs, number, true);
     return;
@@ -540,7 +562,7 @@ bool Engine::Impl::shows_newest(std::uint16_t slot) const {
     if (!had_some) {
       return;
     }
-    if (pdo.active && pdo.linked && is_taken(slot) && !held_back(slot)) {
+    if (pdo.active && is_taken(slot) && !held_back(slot)) {
       confirm(slot, differs);
     }
   });
