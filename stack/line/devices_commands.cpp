@@ -96,21 +96,22 @@ void DevicesLine::single_output(const Command& command, Instant now) {
   collect(request.entry);
   hand_out(true, now);
   const image::Entry& entry = layout.entries[request.entry];
-  node::Node& node = find(entry.node)->node();
-  const std::uint16_t tpdo = node.pdos().first_tpdo({entry.index, entry.sub});
+  const VirtualDevice& device = *find(entry.node);
+  const pdo::Engine& pdos = device.node().pdos();
+  const std::uint16_t tpdo =
+      device.has_node_id() ? pdos.first_tpdo({entry.index, entry.sub}) : entry.remote_pdo;
   if (tpdo == 0) {
     reply(command.tag, Error{});
     return;
   }
-  if (node.state() != nmt::State::operational) {
+  if (device.state().state != nmt::State::operational) {
     reply(command.tag, Error{}, WrittenByPdo{tpdo, PdoWait::operational});
     return;
   }
-  answer_when_sent(
-      {.command = command,
-       .frames = {{.tpdo = tpdo, .device = entry.node, .samples = node.pdos().samples(tpdo)}},
-       .data = WrittenByPdo{tpdo, PdoWait::none}},
-      now);
+  answer_when_sent({.command = command,
+                    .frames = {{.tpdo = tpdo, .device = entry.node, .samples = pdos.samples(tpdo)}},
+                    .data = WrittenByPdo{tpdo, PdoWait::none}},
+                   now);
 }
 
 void DevicesLine::send_emcy(const Command& command, Instant now) {
@@ -118,7 +119,7 @@ void DevicesLine::send_emcy(const Command& command, Instant now) {
   VirtualDevice* device = named(request.node);
   Error why = to_error(Refusal::bad_request);
   if (device != nullptr) {
-    why = check_emcy(device->node().state());
+    why = check_emcy(device->state().state);
   }
   if (why == Error{}) {
     why = to_error(
@@ -156,7 +157,7 @@ void DevicesLine::trigger_pdo(const Command& command, Instant now) {
   Refusal why = Refusal::none;
   if (device == nullptr || request.number == 0) {
     why = Refusal::bad_request;
-  } else if (device->node().state() != nmt::State::operational) {
+  } else if (device->state().state != nmt::State::operational) {
     why = Refusal::wrong_state;
   } else if (!device->node().pdos().trigger(request.number, now)) {
     why = Refusal::unknown_entry;
@@ -258,18 +259,13 @@ void DevicesLine::write_bound(std::span<const BoundValue> values, Instant now) {
   hand_out(always, now);
 }
 
-// A written value is passed to its device immediately, so an entry can only wait for its first
-// value.
 void DevicesLine::output_state(std::size_t position, OutputState& out) const {
   outputs.describe(position, out);
-  for (const std::uint32_t entry : outputs.groups()[position].config.entries) {
-    if (!image.is_known(Direction::outputs, entry)) {
-      ++out.waiting;
-      if (out.waits.size() < OutputState::kMostWaits) {
-        out.waits.push_back({entry, OutputWait::value});
-      }
-    }
-  }
+  const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
+  const bool stuck = bus_is_stuck(advanced_to);
+  add_waits(
+      outputs.groups()[position], image,
+      [&](std::uint32_t entry) { return find(entries[entry].node)->reason_of(entry, stuck); }, out);
 }
 
 // The entries of the layout are ordered by their position in the image.

@@ -14,6 +14,7 @@ DevicesLine::DevicesLine(LineConfig line_config, pdo::LinkPlan plan)
     : Line(std::move(line_config)),
       image(std::move(plan.inputs), std::move(plan.outputs)),
       outputs(image.layout(Direction::outputs), config_.groups, config_.bound) {
+  image.follow_transmission();
   for (const DeviceConfig& device : config_.devices) {
     auto reporter = std::make_unique<EmcyReporter>(*this, device.id);
     auto virtual_device =
@@ -119,13 +120,16 @@ void DevicesLine::do_medium_done(bool good, ParameterSet of) {
 void DevicesLine::do_bus_event(const can::BusEvent& event) {
   for (const Seat& seat : seats) {
     seat.device->node().bus_event(event);
-    if (!usable()) {
-      seat.device->inputs_lost();
+    if (usable()) {
+      seat.device->find_bus(event.time);
+    } else {
+      seat.device->lose_bus();
     }
   }
 }
 
 bool DevicesLine::advance(Instant now) {
+  advanced_to = now;
   events_.advance(now);
   for (const Seat& seat : seats) {
     seat.device->advance(now);
@@ -163,7 +167,8 @@ bool DevicesLine::do_next_frame(can::Frame& out, Instant now) {
       std::swap(first, offer);
     }
   }
-  if (best == nullptr || !best->device->next_frame(out, now)) {
+  const std::uint64_t number = under_way_.next_number();
+  if (best == nullptr || !best->device->next_frame(out, now, number)) {
     return false;
   }
   sent.add(out);

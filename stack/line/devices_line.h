@@ -59,6 +59,8 @@ class DevicesLine final : public Line {
   bool carries_newest(const FramesUnderWay::Awaited& awaited,
                       const can::Frame& frame) const override;
   void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
+  void note_acknowledged(std::uint64_t number, Instant now) override;
+  void note_lost(std::uint64_t first, std::uint64_t last) override;
 
   // --- devices_commands.cpp ---------------------------------------------------------------------
   void do_execute(Command command, Instant now) override;
@@ -88,7 +90,6 @@ class DevicesLine final : public Line {
   // The queued frames of a device that was reset are gone.
   void follow_resets(Instant now);
   Refusal reason_of(const FramesUnderWay::Sending& sending, Instant now) const;
-  void interface_lost();
 
   // --- devices_commands.cpp ---------------------------------------------------------------------
   struct Execution;  // executes the request of a command
@@ -118,6 +119,7 @@ class DevicesLine final : public Line {
   can::Traffic sent;
   Listening listening;
   std::vector<std::uint32_t> written;  // output entries, for hand_out()
+  Instant advanced_to{};               // the last advance()
 };
 
 }  // namespace linegate::line

@@ -15,6 +15,18 @@ bool DevicesLine::carries_newest(const FramesUnderWay::Awaited& awaited,
          device->node().pdos().carries_newest(awaited.tpdo, frame, awaited.samples);
 }
 
+void DevicesLine::note_acknowledged(std::uint64_t number, Instant /*now*/) {
+  for (const Seat& seat : seats) {
+    seat.device->acknowledged(number);
+  }
+}
+
+void DevicesLine::note_lost(std::uint64_t first, std::uint64_t last) {
+  for (const Seat& seat : seats) {
+    seat.device->lost(first, last);
+  }
+}
+
 void DevicesLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   const Refusal why = reason_of(sending, now);
   if (kind(sending.command) != CommandKind::output_write) {

@@ -453,9 +453,9 @@ OutputWait OutputService::reason_of(std::uint32_t entry, Instant now) const {
   if (parts_.node.state() != nmt::State::operational) {
     return OutputWait::own_node;
   }
-  const OutputWait on_the_way = host().bus_is_stuck(now) ? OutputWait::bus : OutputWait::turn;
+  const bool stuck = host().bus_is_stuck(now);
   if (place.local_pdo == 0) {
-    return on_the_way;
+    return wait_of_request(false, stuck);
   }
   using enum pdo::Engine::Receiver;
   const pdo::Engine::Receiver state = parts_.receivers.state(place.node);
@@ -465,22 +465,15 @@ OutputWait OutputService::reason_of(std::uint32_t entry, Instant now) const {
   if (updates_.waits(place.local_pdo)) {
     return OutputWait::update_time;
   }
-  return pdos.awaits_trigger(place.local_pdo, place.bit_offset, place.bit_length)
-             ? OutputWait::trigger
-             : on_the_way;
+  return wait_of_request(pdos.awaits_trigger(place.local_pdo, place.bit_offset, place.bit_length),
+                         stuck);
 }
 
 void OutputService::describe(std::size_t position, OutputState& out, Instant now) const {
   outputs_.describe(position, out);
-  for (const std::uint32_t entry : outputs_.groups()[position].config.entries) {
-    if (parts_.image.is_valid(Direction::outputs, entry)) {
-      continue;
-    }
-    ++out.waiting;
-    if (out.waits.size() < OutputState::kMostWaits) {
-      out.waits.push_back({entry, reason_of(entry, now)});
-    }
-  }
+  add_waits(
+      outputs_.groups()[position], parts_.image,
+      [&](std::uint32_t entry) { return reason_of(entry, now); }, out);
 }
 
 void OutputService::expire_watchdogs(Instant now) {

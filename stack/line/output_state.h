@@ -24,6 +24,15 @@ enum class OutputWait : std::uint8_t {
   update_time,  // LineConfig::pdo_update_time
 };
 
+// The reason of a value that nothing but its PDO delays. awaits_trigger: see
+// pdo::Engine::awaits_trigger(); stuck: see ServiceHost::bus_is_stuck().
+constexpr OutputWait wait_of_request(bool awaits_trigger, bool stuck) {
+  if (awaits_trigger) {
+    return OutputWait::trigger;
+  }
+  return stuck ? OutputWait::bus : OutputWait::turn;
+}
+
 struct OutputState {
   std::uint16_t group = 0;
   std::string name;           // as configured

@@ -14,6 +14,7 @@
 #include "stack/base/events.h"
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
+#include "stack/image/process_image.h"
 #include "stack/line/config.h"
 #include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
@@ -111,6 +112,21 @@ class Outputs {
   std::vector<bool> bound_;                 // by entry
   std::vector<std::uint32_t> by_position_;  // entries ascending by bit offset
 };
+
+// Adds the entries of the group that are not valid to OutputState, each with reason_of(entry).
+template <class ReasonOf>
+void add_waits(const Outputs::Group& group, const image::ProcessImage& image, ReasonOf reason_of,
+               OutputState& out) {
+  for (const std::uint32_t entry : group.config.entries) {
+    if (image.is_valid(image::Direction::outputs, entry)) {
+      continue;
+    }
+    ++out.waiting;
+    if (out.waits.size() < OutputState::kMostWaits) {
+      out.waits.push_back({entry, reason_of(entry)});
+    }
+  }
+}
 
 // At most one NMT reaction and no unknown bits.
 bool valid_reactions(std::uint8_t reactions);

@@ -91,7 +91,8 @@ VirtualDevice::VirtualDevice(const DeviceConfig& config, const LineConfig& line,
                .emcy_fd = line.emcy_fd},
       image_(image),
       reporter_(reporter),
-      events_(events, config.id) {
+      events_(events, config.id),
+      transmitted_(image) {
   build(config.device);
   if (config.lss) {
     description_ = config.device;
@@ -109,6 +110,7 @@ void VirtualDevice::build(const od::DeviceDescription& description) {
   events_.set_own_node(description.node_id);
   node_ = std::make_unique<node::Node>(od::Dictionary(description), options, events_, nullptr);
   node_->set_application(this);
+  node_->pdos().follow_transmission();
   node_->emcy().set_reporter(&reporter_);
   node_->set_medium(medium_);
   if (utc_) {
@@ -125,6 +127,7 @@ void VirtualDevice::build(const od::DeviceDescription& description) {
   }
   mirror(Direction::inputs);
   mirror(Direction::outputs);
+  transmitted_.assign(entries_[static_cast<std::size_t>(Direction::outputs)]);
   for (const std::uint16_t index : node_->dictionary().indices()) {
     LINEGATE_ASSERT(node_->dictionary().add_hook(index, watcher_).ok(), "the object exists");
   }
@@ -168,14 +171,28 @@ void VirtualDevice::mirror(Direction direction) {
 }
 
 void VirtualDevice::copy_to_image(Direction direction, std::uint32_t entry, od::Address address) {
-  auto value = node_->dictionary().number(address);
-  if (!value || (direction == Direction::outputs && from_image_)) {
+  const bool is_output = direction == Direction::outputs;
+  if (is_output && from_image_) {
     return;
   }
-  if (io_ && direction == Direction::inputs) {
+  auto value = node_->dictionary().number(address);
+  if (!value) {
+    if (is_output) {
+      image_.forget_entry(direction, entry);  // a string that has become too long
+    }
+    return;
+  }
+  if (io_ && !is_output) {
     value = io_->terminal_value(address, *value, image_.read_entry(direction, entry));
   }
+  const bool is_other =
+      is_output && (!image_.is_known(direction, entry) || value_of(entry) != *value);
   image_.write_entry(direction, entry, *value);
+  if (is_other) {
+    transmitted_.changed(entry);
+  } else if (is_output) {
+    transmitted_.written(entry);
+  }
 }
 
 std::uint64_t VirtualDevice::value_of(std::uint32_t output) const {
@@ -188,6 +205,9 @@ void VirtualDevice::copy_from_image(std::uint32_t output) {
   const image::Entry& entry = image_.layout(Direction::outputs).entries[output];
   const od::Address address{entry.index, entry.sub};
   const std::uint64_t value = value_of(output);
+  if (node_->dictionary().number(address) != value) {
+    transmitted_.changed(output);
+  }
   const bool outer = std::exchange(from_image_, true);
   if (od::has_fixed_size(entry.type)) {
     node_->dictionary().set(address, value);
@@ -210,7 +230,7 @@ void VirtualDevice::convert(od::Address process) {
       }
       if (direction == Direction::inputs) {
         copy_to_image(direction, i, process);
-      } else if (image_.is_valid(direction, i)) {
+      } else if (image_.is_known(direction, i)) {
         apply_outputs(std::span(&i, 1), false, now_);
       }
     }
@@ -228,6 +248,7 @@ void VirtualDevice::start(Instant now) {
   }
   start_node(now);
   reset_.reset();  // the LSS slave has already processed this power-on
+  transmitted_.follow(node_->pdos());
 }
 
 // Stored values are applied as by a reset.
@@ -250,8 +271,15 @@ bool VirtualDevice::receive(const can::Frame& frame) {
   const std::uint64_t unused = node_->counters().unused;
   node_->receive({&frame, 1});
   const bool wanted = node_->counters().unused == unused;
-  follow_lss(frame.time);
+  follow(frame.time);
   return wanted;
+}
+
+void VirtualDevice::follow(Instant now) {
+  follow_lss(now);
+  if (has_node_id()) {
+    transmitted_.follow(node_->pdos());
+  }
 }
 
 // NMT resets, and leaving configuration with the first node-ID, activate the pending node-ID.
@@ -271,6 +299,7 @@ void VirtualDevice::follow_lss(Instant now) {
   }
   ++revision_;
   inputs_lost();
+  transmitted_.assign(entries_[static_cast<std::size_t>(Direction::outputs)]);
   if (active != lss::kNoNodeId) {
     rebuild(active);
     start_node(now);
@@ -286,7 +315,7 @@ void VirtualDevice::advance(Instant now) {
   if (has_node_id()) {
     node_->advance(now);
   }
-  follow_lss(now);
+  follow(now);
 }
 
 Instant VirtualDevice::next_wake() const {
@@ -294,12 +323,12 @@ Instant VirtualDevice::next_wake() const {
   return has_node_id() ? earlier(wake, node_->next_wake()) : wake;
 }
 
-bool VirtualDevice::next_frame(can::Frame& out, Instant now) {
+bool VirtualDevice::next_frame(can::Frame& out, Instant now, std::uint64_t number) {
   now_ = now;
   if (lss_ != nullptr && lss_->slave().silent()) {
     return false;
   }
-  return (has_node_id() && node_->next_frame(out, now)) ||
+  return (has_node_id() && node_->next_frame(out, now, number)) ||
          (lss_ != nullptr && lss_->answers().pop(out));
 }
 
@@ -352,7 +381,7 @@ void VirtualDevice::command(nmt::Command command, Instant now) {
   now_ = now;
   if (has_node_id()) {
     node_->command(command, now);
-    follow_lss(now);
+    follow(now);
   }
 }
 
@@ -381,18 +410,38 @@ void VirtualDevice::apply_outputs(std::span<const std::uint32_t> entries, bool a
     if (!same) {
       copy_from_image(i);
     }
-    if (always || (!same && (!io_ || io_->is_reported(address, before.value_or(0), value)))) {
+    transmitted_.written(i);
+    const bool is_new = !same || !transmitted_.is_transmitted(i);
+    if (always || (is_new && (!io_ || io_->is_reported(address, before.value_or(0), value)))) {
       changed_.push_back(address);
     }
   }
   for (std::size_t i = first; i < changed_.size(); ++i) {
     node_->pdos().value_changed(changed_[i], now);
+    transmitted_.request(changed_[i], node_->pdos(), now);
   }
   changed_.resize(first);
 }
 
 void VirtualDevice::inputs_lost() {
   image_.set_node_valid(id_, false);
+}
+
+void VirtualDevice::lose_bus() {
+  inputs_lost();
+  node_->pdos().forget_transmission();
+  transmitted_.lose_bus();
+}
+
+OutputWait VirtualDevice::reason_of(std::uint32_t output, bool stuck) const {
+  LINEGATE_ASSERT(!image_.is_valid(Direction::outputs, output), "the entry waits");
+  if (!image_.is_known(Direction::outputs, output)) {
+    return OutputWait::value;
+  }
+  if (!has_node_id() || node_->state() != nmt::State::operational) {
+    return OutputWait::own_node;
+  }
+  return transmitted_.reason_of(output, node_->pdos(), stuck);
 }
 
 emcy::SendResult VirtualDevice::send_emcy(std::uint16_t code, std::uint8_t error_register,
@@ -451,10 +500,17 @@ void VirtualDevice::before_tpdo(std::uint16_t number) {
   touch(Direction::outputs, number, now_);
 }
 
+void VirtualDevice::tpdo_transmitted(std::uint16_t number, std::span<const std::byte> differs) {
+  transmitted_.follow(node_->pdos());
+  transmitted_.transmitted(number, differs);
+}
+
 void VirtualDevice::state_changed(nmt::State state, Instant now) {
   now_ = now;
   ++revision_;
   const nmt::State before = std::exchange(last_state_, state);
+  transmitted_.follow(node_->pdos());
+  transmitted_.set_operational(state == nmt::State::operational);
   if (state == nmt::State::operational) {
     return;
   }
@@ -515,8 +571,10 @@ AbortCode VirtualDevice::write(od::Address address, std::span<const std::byte> v
     }
   }
   by_itself_ = false;
+  follow(now);
   if (why == AbortCode::none) {
     node_->pdos().value_changed(address, now);
+    transmitted_.request(address, node_->pdos(), now);
   }
   return why;
 }
@@ -539,7 +597,7 @@ void VirtualDevice::reset(bool whole_node, Instant now) {
     return;
   }
   for (const std::uint32_t i : entries_[static_cast<std::size_t>(Direction::outputs)]) {
-    if (image_.is_valid(Direction::outputs, i)) {
+    if (image_.is_known(Direction::outputs, i)) {
       copy_from_image(i);
     }
   }

@@ -17,6 +17,7 @@
 #include "stack/line/config.h"
 #include "stack/line/device_lss.h"
 #include "stack/line/state.h"
+#include "stack/line/transmitted_outputs.h"
 #include "stack/node/node.h"
 #include "stack/od/hook.h"
 #include "stack/pdo/parameters.h"
@@ -38,7 +39,11 @@ class VirtualDevice final : node::Application {
   bool receive(const can::Frame& frame);
   void advance(Instant now);
   Instant next_wake() const;
-  bool next_frame(can::Frame& out, Instant now);
+  // number: see pdo::Engine::next_frame().
+  bool next_frame(can::Frame& out, Instant now, std::uint64_t number);
+  // See pdo::Engine.
+  void acknowledged(std::uint64_t number) { node_->pdos().acknowledged(number); }
+  void lost(std::uint64_t first, std::uint64_t last) { node_->pdos().lost(first, last); }
   // See pdo::Engine::peek().
   bool peek(can::Frame& out, Instant now);
   bool wants_to_send(Instant now) const;
@@ -55,6 +60,12 @@ class VirtualDevice final : node::Application {
   void apply_outputs(std::span<const std::uint32_t> entries, bool always, Instant now);
   // Makes the inputs invalid, because nothing can be received.
   void inputs_lost();
+  // The bus was lost: nothing is received or transmitted until it is back. A device that is still
+  // Operational then transmits its outputs again.
+  void lose_bus();
+  void find_bus(Instant now) { transmitted_.find_bus(node_->pdos(), now); }
+  // Why the output entry is not valid. stuck: see Line::bus_is_stuck(). Precondition: it is not.
+  OutputWait reason_of(std::uint32_t output, bool stuck) const;
   // Sends an EMCY on behalf of the application.
   emcy::SendResult send_emcy(std::uint16_t code, std::uint8_t error_register,
                              std::span<const std::byte> info, Instant now);
@@ -125,6 +136,8 @@ class VirtualDevice final : node::Application {
   void build(const od::DeviceDescription& description);
   void rebuild(std::uint8_t node_id);
   void start_node(Instant now);
+  // Follows what a call of the node may have changed.
+  void follow(Instant now);
   void follow_lss(Instant now);
   void mirror(image::Direction direction);
   void convert(od::Address process);
@@ -140,6 +153,7 @@ class VirtualDevice final : node::Application {
   // node::Application
   void rpdo_received(std::uint16_t number, Instant now) override;
   void before_tpdo(std::uint16_t number) override;
+  void tpdo_transmitted(std::uint16_t number, std::span<const std::byte> differs) override;
   void state_changed(nmt::State state, Instant now) override;
   bool may_send_emcy(std::uint16_t code, std::span<std::byte, 5> info) override;
   void time_received(const time::TimeOfDay& time, Instant now) override;
@@ -165,7 +179,8 @@ class VirtualDevice final : node::Application {
   std::optional<Instant> time_reported_;
   std::array<Numbers, 2> numbers_{};                   // by image::Direction
   std::array<std::vector<std::uint32_t>, 2> entries_;  // of this device, by image::Direction
-  std::vector<od::Address> changed_;                   // used by apply_outputs()
+  TransmittedOutputs transmitted_;
+  std::vector<od::Address> changed_;  // used by apply_outputs()
   bool from_image_ = false;  // the value being written comes from the image and is not copied back
   std::unique_ptr<node::Node> node_;
   std::optional<profile::IoBehaviour> io_;  // only for a device of CiA 401

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/line/transmitted_outputs.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stack/base/assert.h"
+
+namespace linegate::line {
+
+using image::Direction;
+
+void TransmittedOutputs::assign(std::span<const std::uint32_t> entries) {
+  LINEGATE_ASSERT(entries.empty() || entries.back() - entries.front() + 1 == entries.size(),
+                  "the entries of a device are adjacent");
+  const std::vector<image::Entry>& places = image_.layout(Direction::outputs).entries;
+  first_ = entries.empty() ? 0 : entries.front();
+  outputs_.assign(entries.size(), {});
+  objects_.clear();
+  for (const std::uint32_t entry : entries) {
+    objects_.push_back({{places[entry].index, places[entry].sub}, entry});
+  }
+  std::ranges::sort(objects_, {}, &Object::address);
+  carried_.clear();
+  revision_ = 0;
+  set_operational(false);
+}
+
+void TransmittedOutputs::follow(const pdo::Engine& pdos) {
+  if (std::exchange(revision_, pdos.revision()) == pdos.revision()) {
+    return;
+  }
+  const std::vector<Carried> before = std::exchange(carried_, {});
+  const std::vector<Output> outputs = std::exchange(outputs_, std::vector<Output>(outputs_.size()));
+  for (const pdo::Engine::SentObject& object : pdos.sent_objects()) {
+    const auto found = std::ranges::lower_bound(objects_, object.address, {}, &Object::address);
+    if (found == objects_.end() || found->address != object.address) {
+      continue;
+    }
+    carried_.push_back({object, found->entry});
+    bool was_so = false;
+    auto old = std::ranges::lower_bound(before, object.tpdo, {}, &Carried::tpdo);
+    for (; old != before.end() && old->tpdo() == object.tpdo; ++old) {
+      was_so = was_so || *old == carried_.back();
+    }
+    Output& output = this->output(found->entry);
+    output.is_carried = true;
+    output.is_transmitted |= was_so && outputs[found->entry - first_].is_transmitted;
+  }
+  refresh();
+}
+
+void TransmittedOutputs::refresh() {
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    written(entry_of(i));
+  }
+}
+
+void TransmittedOutputs::changed(std::uint32_t entry) {
+  output(entry).is_transmitted = false;
+  written(entry);
+}
+
+void TransmittedOutputs::written(std::uint32_t entry) {
+  const Output& output = this->output(entry);
+  const bool is_valid = is_operational_ && !is_bus_lost_ &&
+                        image_.is_known(Direction::outputs, entry) &&
+                        (!output.is_carried || output.is_transmitted);
+  image_.set_entry_valid(Direction::outputs, entry, is_valid);
+}
+
+void TransmittedOutputs::transmitted(std::uint16_t tpdo, std::span<const std::byte> differs) {
+  if (is_bus_lost_) {
+    return;
+  }
+  auto it = std::ranges::lower_bound(carried_, tpdo, {}, &Carried::tpdo);
+  for (; it != carried_.end() && it->tpdo() == tpdo; ++it) {
+    Output& output = this->output(it->entry);
+    if (!output.is_transmitted && !it->object.has_bit(differs)) {
+      output.is_transmitted = true;
+      written(it->entry);
+    }
+  }
+}
+
+void TransmittedOutputs::set_operational(bool operational) {
+  is_operational_ = operational;
+  forget();
+}
+
+void TransmittedOutputs::forget() {
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    changed(entry_of(i));
+  }
+}
+
+void TransmittedOutputs::lose_bus() {
+  if (!std::exchange(is_bus_lost_, true)) {
+    forget();
+  }
+}
+
+void TransmittedOutputs::find_bus(pdo::Engine& pdos, Instant now) {
+  if (!std::exchange(is_bus_lost_, false)) {
+    return;
+  }
+  refresh();
+  std::uint16_t requested = 0;
+  for (const Carried& carried : carried_) {
+    if (carried.tpdo() != requested) {
+      requested = carried.tpdo();
+      pdos.trigger(requested, now);
+    }
+  }
+}
+
+void TransmittedOutputs::request(od::Address address, pdo::Engine& pdos, Instant now) const {
+  const auto found = std::ranges::lower_bound(objects_, address, {}, &Object::address);
+  if (found == objects_.end() || found->address != address) {
+    return;
+  }
+  const Output& output = this->output(found->entry);
+  if (!output.is_carried || output.is_transmitted || !awaits_trigger(found->entry, pdos)) {
+    return;
+  }
+  for (const Carried& carried : carried_) {
+    if (carried.entry == found->entry) {
+      pdos.trigger(carried.tpdo(), now);
+    }
+  }
+}
+
+bool TransmittedOutputs::awaits_trigger(std::uint32_t entry, const pdo::Engine& pdos) const {
+  return std::ranges::all_of(carried_, [&](const Carried& carried) {
+    return carried.entry != entry || pdos.awaits_trigger(carried.object);
+  });
+}
+
+OutputWait TransmittedOutputs::reason_of(std::uint32_t entry, const pdo::Engine& pdos,
+                                         bool stuck) const {
+  if (is_bus_lost_) {
+    return OutputWait::bus;  // find_bus() requests it
+  }
+  return wait_of_request(awaits_trigger(entry, pdos), stuck);
+}
+
+}  // namespace linegate::line
