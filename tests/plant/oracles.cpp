@@ -204,13 +204,17 @@ std::string check_always(LineSeat& seat, Instant now) {
   return seat.model->compare(*seat.line, now);
 }
 
-std::string check_settled(LineSeat& seat, std::uint64_t commands) {
+std::string check_settled(LineSeat& seat, std::uint64_t commands, Instant now) {
   if (seat.replies.size() != commands) {
     return std::to_string(commands) + " commands, " + std::to_string(seat.replies.size()) +
            " replies";
   }
   if (seat.answers_of_ours && seat.answers_of_ours->any()) {
     return "a command to our devices is not answered";
+  }
+  if (std::string text = seat.answers_of_ours ? seat.answers_of_ours->check_rest(now) : "";
+      !text.empty()) {
+    return "our devices: " + text;
   }
   return check_states(seat);
 }

@@ -29,7 +29,8 @@ namespace linegate::plant {
 std::string check_always(LineSeat& seat, Instant now);
 
 // Additional rules when there was no command and no disturbance for some seconds: every command was
-// answered, and a node whose error control is monitored is in the reported state.
-std::string check_settled(LineSeat& seat, std::uint64_t commands);
+// answered, and a node whose error control is monitored is in the reported state; outputs of own
+// devices are valid, see own_answer_model.h.
+std::string check_settled(LineSeat& seat, std::uint64_t commands, Instant now);
 
 }  // namespace linegate::plant

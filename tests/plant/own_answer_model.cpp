@@ -2,6 +2,7 @@
 #include "tests/plant/own_answer_model.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "stack/base/byte_order.h"
 #include "stack/nmt/node_control.h"
@@ -33,6 +34,8 @@ OwnAnswerModel::OwnAnswerModel(line::Line& line) : line_(line) {
   for (const line::DeviceConfig& device : line.config().devices) {
     const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(device.device);
     for (const pdo::Parameters& tpdo : described.value->tpdos) {
+      transmissions_.push_back(
+          {.node = device.id, .pdo = tpdo.number, .cob_id = tpdo.cob_id, .type = tpdo.type});
       each_output(layout, device.id, tpdo, [&](std::size_t i, od::Address, unsigned bit) {
         fields_[i].pdo = tpdo.number;
         fields_[i].cob_id = tpdo.cob_id;
@@ -70,21 +73,41 @@ std::size_t OwnAnswerModel::entry_of(const line::Command& command) const {
 
 void OwnAnswerModel::before_receive(const can::Frame& frame) {
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
-  if (!control || !nmt::is_reset(control->command)) {
+  if (!control || control->command == nmt::Command::start) {
     return;
   }
+  for (const line::DeviceConfig& device : line_.config().devices) {
+    if (control->addresses(device.id)) {
+      started_after_[device.id] = submitted_;
+    }
+  }
   for (auto& [tag, given] : given_) {
-    given.reset |= control->addresses(node_of(given.command));
+    given.reset |= nmt::is_reset(control->command) && control->addresses(node_of(given.command));
   }
 }
 
 void OwnAnswerModel::submitted(const can::Frame& frame, Instant now) {
   ++submitted_;
+  for (Transmission& tpdo : transmissions_) {
+    if (frame.id == tpdo.cob_id.id() && !frame.extended() && !frame.remote()) {
+      tpdo.under_way.emplace_back(submitted_, frame);
+    }
+  }
   if (!given_.empty()) {
     sent_.push_back({.frame = frame,
                      .number = submitted_,
                      .after = commands_,
                      .newest = has_newest(frame, now)});
+  }
+}
+
+void OwnAnswerModel::acknowledged(std::uint64_t number) {
+  acknowledged_ = number;
+  for (Transmission& tpdo : transmissions_) {
+    for (; !tpdo.under_way.empty() && tpdo.under_way.front().first <= number;
+         tpdo.under_way.pop_front()) {
+      std::tie(tpdo.number, tpdo.newest) = tpdo.under_way.front();
+    }
   }
 }
 
@@ -263,7 +286,105 @@ std::string OwnAnswerModel::check_unsent(const Given& given, bool turn, Instant 
   return {};
 }
 
-std::string OwnAnswerModel::compare(Instant now) const {
+std::string OwnAnswerModel::compare(Instant now) {
+  std::string text = compare_commands(now);
+  return text.empty() ? compare_outputs(now) : text;
+}
+
+// --- outputs ------------------------------------------------------------------------------------
+
+std::string OwnAnswerModel::compare_outputs(Instant now) {
+  for (const line::DeviceConfig& device : line_.config().devices) {
+    if (line_.node_state(device.id).state != nmt::State::operational) {
+      started_after_[device.id] = submitted_;
+    }
+  }
+  line_.snapshot(image::Direction::outputs, snapshot_, now, true);
+  for (std::size_t entry = 0; entry < fields_.size(); ++entry) {
+    if (std::string text = check_valid(entry); !text.empty()) {
+      return "the output " + line_.layout(image::Direction::outputs).entries[entry].name +
+             " is valid, and " + text;
+    }
+  }
+  return check_waits();
+}
+
+// An entry of no TPDO is valid when it is known. A device with another node-ID, of LSS, has other
+// COB-IDs.
+std::string OwnAnswerModel::check_valid(std::size_t entry) const {
+  const Field& field = fields_[entry];
+  if (!snapshot_.is_valid(entry)) {
+    return {};
+  }
+  if (!snapshot_.is_known(entry)) {
+    return "it was never written";
+  }
+  const nmt::State state = line_.node_state(field.node).state;
+  if (state != nmt::State::operational) {
+    return "its device is " + std::string(nmt::name(state));
+  }
+  const auto tpdo = std::ranges::find_if(transmissions_, [&](const Transmission& each) {
+    return each.node == field.node && each.pdo == field.pdo;
+  });
+  const bool has_id = line_.own_device(field.node)->node_id == field.node;
+  if (tpdo == transmissions_.end() || !tpdo->cob_id.valid() || !has_id) {
+    return {};
+  }
+  if (tpdo->number <= started_after_[field.node]) {
+    return "no frame of its TPDO was acknowledged since the start of its device";
+  }
+  const std::uint32_t place = line_.layout(image::Direction::outputs).entries[entry].bit_offset;
+  const bool is_same = bits_of(tpdo->newest.data, field.bit, field.bits) ==
+                       bits_of(snapshot_.bytes, place, field.bits);
+  return is_same ? std::string() : "the newest frame of its TPDO has another value";
+}
+
+std::string OwnAnswerModel::check_rest(Instant now) {
+  line_.snapshot(image::Direction::outputs, snapshot_, now, true);
+  for (std::size_t entry = 0; entry < fields_.size(); ++entry) {
+    const Field& field = fields_[entry];
+    const bool waits = std::ranges::any_of(transmissions_, [&](const Transmission& each) {
+      return each.node == field.node && each.pdo == field.pdo && !pdo::is_event_driven(each.type);
+    });
+    const bool operational = line_.node_state(field.node).state == nmt::State::operational;
+    if (!waits && operational && snapshot_.is_known(entry) && !snapshot_.is_valid(entry)) {
+      return "the output " + line_.layout(image::Direction::outputs).entries[entry].name +
+             " is not valid at rest";
+    }
+  }
+  return {};
+}
+
+std::string OwnAnswerModel::check_waits() const {
+  for (std::size_t group = 0; group < line_.output_groups(); ++group) {
+    line::OutputState state;
+    line_.output_state(group, state);
+    for (const auto& [entry, reason] : state.waits) {
+      const bool operational =
+          line_.node_state(fields_[entry].node).state == nmt::State::operational;
+      if (snapshot_.is_valid(entry)) {
+        return "a valid output waits";
+      }
+      if ((reason == line::OutputWait::value) == snapshot_.is_known(entry) ||
+          (snapshot_.is_known(entry) && (reason == line::OutputWait::own_node) == operational)) {
+        return "an output waits for another reason than " +
+               std::to_string(static_cast<unsigned>(reason));
+      }
+    }
+    std::size_t invalid = 0;
+    for (std::size_t entry = 0; entry < fields_.size(); ++entry) {
+      invalid += snapshot_.is_valid(entry) ? 0U : 1U;
+    }
+    if (line_.output_groups() == 1 && state.waiting != invalid) {
+      return "OutputState does not count all outputs that wait";
+    }
+  }
+  return {};
+}
+
+// --- commands -----------------------------------------------------------------------------------
+
+std::string OwnAnswerModel::compare_commands(Instant now) const {
   for (const auto& [tag, given] : given_) {
     if (now > given.time + line::kSendTime + kOwnAnswerGrace) {
       return std::string(line::name(line::kind(given.command))) + " of node " +

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The permitted replies of a line with own devices, derived from the frames that it submits and the
-// bus acknowledges.
+// The permitted replies of a line with own devices, and the permitted validity of its outputs,
+// derived from the frames that it submits and the bus acknowledges.
 //
 // The invariant, after each step of a world:
 //   1. EMCYs, triggered TPDOs and values by TPDO are answered as done only if the line has
@@ -17,12 +17,22 @@
 //      device was reset since the command, or is not Operational then; for an EMCY, if it is
 //      Stopped. A value is never refused.
 //   5. A value that is written into the dictionary is in the image when it is answered.
+//   6. An output is valid only while its device is Operational, and only if the newest frame of its
+//      TPDO that the bus acknowledged has its value, and the line submitted that frame after the
+//      newest NMT command that ended Operational of the device, and after it was last not
+//      Operational at the end of a step.
+//   7. OutputState counts each other output as waiting, with a reason that holds: the device is not
+//      Operational, or it is.
+//   8. At rest, each known output of an Operational device whose TPDO is event-driven is valid.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stack/base/time.h"
@@ -45,12 +55,15 @@ class OwnAnswerModel {
   // Call it when the line submits the frame to the bus.
   void submitted(const can::Frame& frame, Instant now);
   // Number of submitted frames that have ended.
-  void acknowledged(std::uint64_t number) { acknowledged_ = number; }
+  void acknowledged(std::uint64_t number);
   // Call it when the line replied. Returns a description of the violated rule, or nothing.
   std::string answered(const line::Reply& reply, Instant now);
   // Call it after each step. Returns a description of a command that was not answered in time, or
-  // nothing.
-  std::string compare(Instant now) const;
+  // of an output that violates the invariant, or nothing.
+  std::string compare(Instant now);
+  // Call it at rest. Returns a description of an output that is not valid although nothing delays
+  // it, or nothing.
+  std::string check_rest(Instant now);
   // Whether there are commands without a reply.
   bool any() const { return !given_.empty(); }
 
@@ -76,6 +89,16 @@ class OwnAnswerModel {
     unsigned bit = 0;
     unsigned bits = 0;
   };
+  // The frames of a TPDO.
+  struct Transmission {
+    std::uint8_t node = 0;
+    std::uint16_t pdo = 0;
+    can::CobId cob_id{can::CobId::kInvalidBit};
+    std::uint8_t type = 0;
+    std::deque<std::pair<std::uint64_t, can::Frame>> under_way;  // with their numbers
+    std::uint64_t number = 0;  // of the newest acknowledged frame; 0 = none
+    can::Frame newest;
+  };
   struct Write {
     std::uint64_t order = 0;
     std::uint64_t value = 0;
@@ -91,11 +114,18 @@ class OwnAnswerModel {
   std::string check_written(const Given& given, Instant now);
   std::string check_refusal(const Given& given, line::Refusal why, Instant now);
   std::string check_state(const Given& given) const;
+  std::string compare_commands(Instant now) const;
+  std::string compare_outputs(Instant now);
+  std::string check_valid(std::size_t entry) const;
+  std::string check_waits() const;
   std::string check_unsent(const Given& given, bool turn, Instant now) const;
 
   line::Line& line_;
   std::vector<Field> fields_;               // by output entry
   std::vector<std::vector<Write>> writes_;  // by output entry
+  std::vector<Transmission> transmissions_;
+  // By node-ID: number of frames submitted before its device was last not Operational.
+  std::array<std::uint64_t, can::kMaxNodeId + 1> started_after_{};
   image::Snapshot snapshot_;
   std::map<std::uint64_t, Given> given_;  // by tag
   std::vector<Sent> sent_;                // frames that may answer a command

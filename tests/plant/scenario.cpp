@@ -96,7 +96,8 @@ void Scenario::finish() {
   }
   check_always_all();
   for (const auto& line : world_.lines()) {
-    if (std::string text = check_settled(*line, commands_[line.get()]); !text.empty()) {
+    if (std::string text = check_settled(*line, commands_[line.get()], world_.now());
+        !text.empty()) {
       throw BadStatement("oracle: " + text);
     }
   }
