@@ -39,6 +39,7 @@ struct linegate_client {
   using Object = std::variant<client::Line, client::Group, client::Call, client::Subscription,
                               client::EventReader>;
   std::map<int, Object> objects;
+  std::map<int, unsigned> attempts;  // of the commands to a line, if it was set
   int next = 1;
   int polls = 0;  // depth: a client is not closed within a call-back
 };
@@ -271,7 +272,7 @@ std::vector<std::byte> bytes_of(const void* data, std::size_t length) {
   return length == 0 ? std::vector<std::byte>() : std::vector<std::byte>(begin, begin + length);
 }
 
-client::CallOptions call_options(int timeout_ms, unsigned attempts = 1) {
+client::CallOptions call_options(int timeout_ms, unsigned attempts) {
   return {.timeout = timeout_of(timeout_ms), .attempts = attempts};
 }
 
@@ -730,6 +731,13 @@ int linegate_subscribe_group(linegate_client* handle, int group, linegate_on_gro
 
 // --- commands ------------------------------------------------------------------------------------
 
+int linegate_set_attempts(linegate_client* handle, int line, unsigned attempts) {
+  return with<client::Line>(handle, line, [&](const Held& held, client::Line& /*it*/) -> int {
+    held->attempts[line] = attempts;
+    return LINEGATE_OK;
+  });
+}
+
 int linegate_sdo_read(linegate_client* handle, int line, unsigned node, unsigned index,
                       unsigned sub, int timeout_ms) {
   linegate_request request{};
@@ -778,6 +786,10 @@ int linegate_request_call(linegate_client* handle, int line, const linegate_requ
       return LINEGATE_ERROR_ARGUMENT;
     if (held.full())  // what is reported as failed is not sent
       return LINEGATE_ERROR_FULL;
+    const auto of_line = held->attempts.find(line);
+    const unsigned attempts = request->attempts != 0 || of_line == held->attempts.end()
+                                  ? request->attempts
+                                  : of_line->second;
     return held.add(it.request({.kind = request->kind,
                                 .node = request->node,
                                 .index = request->index,
@@ -788,7 +800,7 @@ int linegate_request_call(linegate_client* handle, int line, const linegate_requ
                                 .entry = request->entry,
                                 .layout_id = request->layout_id,
                                 .data = bytes_of(request->data, request->length)},
-                               call_options(timeout_ms, request->attempts)));
+                               call_options(timeout_ms, attempts)));
   });
 }
 
@@ -855,6 +867,7 @@ int linegate_free(linegate_client* handle, int number) {
   return with(handle, [&](const Held& held) -> int {
     if (auto* const call = held.get<client::Call>(number))
       call->on_done({});
+    held->attempts.erase(number);
     return held->objects.erase(number) == 0 ? LINEGATE_ERROR_ARGUMENT : LINEGATE_OK;
   });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "bridges/client/core.h"
@@ -32,9 +33,24 @@ Outcome outcome_of(linegate::Error error) {
   return Outcome::refused;
 }
 
-bool is_repeated(linegate::Error error) {
-  return (error.domain == Domain::sdo && error.code == kSdoTimeout) ||
-         error == line::to_error(line::Refusal::busy);
+// Commands that write nothing to a device, and may be carried out twice.
+bool only_reads(std::uint8_t kind) {
+  constexpr auto kReads = std::to_array<std::uint8_t>({
+      static_cast<std::uint8_t>(line::CommandKind::sdo_read),
+      static_cast<std::uint8_t>(line::CommandKind::network_read),
+      static_cast<std::uint8_t>(line::CommandKind::local_read),
+      static_cast<std::uint8_t>(line::CommandKind::scan),
+      static_cast<std::uint8_t>(line::CommandKind::connection_list),
+  });
+  return std::ranges::find(kReads, kind) != kReads.end();
+}
+
+// What was refused as busy was not begun. What ended with 0504 0000h may have reached the device
+// (idl/README.md), so a command that writes is not repeated then.
+bool is_repeated(std::uint8_t kind, linegate::Error error) {
+  if (error == line::to_error(line::Refusal::busy))
+    return true;
+  return error.domain == Domain::sdo && error.code == kSdoTimeout && only_reads(kind);
 }
 
 std::string why_not_sent(const CallData& call, const Model::Found& found) {
@@ -131,7 +147,8 @@ void Core::on_reply(const dds::Target& /*target*/, const dds::CommandResult& res
   if (found == calls.end() || result.id == 0)
     return;
   const std::shared_ptr<CallData> call = *found;
-  if (is_repeated(result.reply.error) && call->attempts > 1 && call->deadline > link->now()) {
+  const bool again = call->attempts > 1 && call->deadline > link->now();
+  if (again && is_repeated(call->raw.kind, result.reply.error)) {
     --call->attempts;
     call->id = 0;  // with a new ID, by service_calls()
     return;

@@ -183,7 +183,9 @@ enum class Outcome : std::uint8_t {
 
 struct CallOptions {
   Duration timeout = std::chrono::seconds(10);  // until the answer, waiting for the line included
-  // How often it is tried: again after REFUSAL_BUSY and after the SDO abort 0504 0000h (time-out).
+  // How often it is tried: again after REFUSAL_BUSY; a command that only reads (SDO, other
+  // networks, own dictionary, scan) also after the SDO abort 0504 0000h. After that abort a write
+  // may have been carried out, so it is not repeated.
   unsigned attempts = 1;
 };
 

@@ -2,8 +2,8 @@
 /* linegate.h: the client library in C (C99): values of CAN lines by name, outputs, commands and
  * events, from gateways in a DDS domain. Link the library
  * linegate-client: linegate::client of the CMake package, or pkg-config linegate-client. Its
- * functions have the symbol version LINEGATE_1. What client.h says of its classes holds for the
- * functions of the same names.
+ * functions have the symbol version LINEGATE_1 unless they say otherwise. What client.h says of its
+ * classes holds for the functions of the same names.
  *
  * A client runs in the threads of its callers: call-backs are called and held outputs are written
  * within linegate_poll(), linegate_call_wait() and linegate_line_wait() alone. Functions of one
@@ -308,9 +308,14 @@ typedef struct linegate_request {
   uint64_t layout_id;
   const void* data;
   size_t length;
-  unsigned attempts; /* again after REFUSAL_BUSY and an SDO time-out; 0 as 1 */
+  unsigned attempts; /* 0: linegate_set_attempts(). It is tried again after REFUSAL_BUSY; if it only
+                        reads, also after the SDO abort 0504 0000h. After that abort a write may
+                        have been carried out, so it is not repeated */
 } linegate_request;
 
+/* How often commands to this line that begin from now on are tried, as `attempts` of
+ * linegate_request, which has precedence; 1 at first, 0 as 1. Since LINEGATE_2. */
+int linegate_set_attempts(linegate_client* client, int line, unsigned attempts);
 /* Each begins a call and returns its number. timeout_ms: until the answer, waiting for the line
  * included. */
 int linegate_sdo_read(linegate_client* client, int line, unsigned node, unsigned index,

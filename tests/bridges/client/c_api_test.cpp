@@ -50,6 +50,34 @@ TEST_F(ClientInC, ReadsHoldsAndCommands) {
   EXPECT_EQ(result.number, 7U);
 }
 
+TEST_F(ClientInC, CommandsAreTriedAsOftenAsTheLineOrTheRequestSays) {
+  const linegate::Error busy = line::to_error(line::Refusal::busy);
+  const auto tries = [&](int call) {
+    const std::uint64_t before = world->sent;
+    linegate_result result{};
+    while (linegate_call_result(client, call, &result) == LINEGATE_OK &&
+           result.outcome == LINEGATE_PENDING) {
+      world->reply(world->sent, busy);
+      linegate_poll(client, 0);
+    }
+    EXPECT_EQ(result.outcome, LINEGATE_REFUSED);
+    return world->sent - before + 1;
+  };
+  EXPECT_EQ(tries(linegate_sdo_read(client, line, 1, 0x1000, 0, 1000)), 1U);
+  EXPECT_EQ(linegate_set_attempts(client, line, 3), LINEGATE_OK);
+  EXPECT_EQ(linegate_set_attempts(client, -1, 3), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(tries(linegate_sdo_read(client, line, 1, 0x1000, 0, 1000)), 3U);
+  EXPECT_EQ(tries(linegate_sdo_write(client, line, 1, 0x1017, 0, "x", 1, 1000)), 3U);
+  EXPECT_EQ(tries(linegate_nmt(client, line, 1, 1, 1000)), 3U);
+  linegate_request request{};
+  request.size = sizeof request;
+  request.node = 1;
+  request.attempts = 2;
+  EXPECT_EQ(tries(linegate_request_call(client, line, &request, 1000)), 2U);
+  EXPECT_EQ(linegate_set_attempts(client, line, 0), LINEGATE_OK);
+  EXPECT_EQ(tries(linegate_sdo_read(client, line, 1, 0x1000, 0, 1000)), 1U);
+}
+
 TEST_F(ClientInC, AScaledValueHasItsUnitAndTheRawOne) {
   world->scaling = {.unit = "bar", .scale = 0.5, .offset = -1};
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {

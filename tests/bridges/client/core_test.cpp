@@ -321,6 +321,42 @@ TEST_F(ClientCore, ACallIsAnsweredTriedAgainOrCancelled) {
   EXPECT_EQ(world->cancelled, std::vector<std::uint64_t>{3});
 }
 
+// SDO abort 0504 0000h: the device may have received all of the value (idl/README.md).
+TEST_F(ClientCore, OnlyACallThatReadsIsTriedAgainAfterAnSdoTimeOut) {
+  begin();
+  const linegate::Error timed_out{Domain::sdo, 0x0504'0000};
+  std::uint64_t sent = 0;
+  const auto tries = [&](const Request& request) {
+    Call call = line.request(request, {.attempts = 3});
+    const std::uint64_t before = sent;
+    while (!call.done()) {
+      sent = world->sent;
+      world->reply(sent, timed_out);
+      client.poll(0ms);
+    }
+    EXPECT_EQ(call.outcome(), Outcome::sdo_abort);
+    EXPECT_EQ(call.code(), 0x0504'0000U);
+    return sent - before;
+  };
+  using Kind = line::CommandKind;
+  const auto number = [](Kind kind) { return static_cast<std::uint8_t>(kind); };
+  const std::vector<std::byte> data(1);
+  EXPECT_EQ(tries({.kind = number(Kind::sdo_read), .node = 1}), 3U);
+  EXPECT_EQ(tries({.kind = number(Kind::network_read), .node = 1, .code = 2}), 3U);
+  EXPECT_EQ(tries({.kind = number(Kind::local_read)}), 3U);
+  EXPECT_EQ(tries({.kind = number(Kind::scan)}), 3U);
+  EXPECT_EQ(tries({.kind = number(Kind::sdo_write), .node = 1, .data = data}), 1U);
+  EXPECT_EQ(tries({.kind = number(Kind::network_write), .node = 1, .code = 2, .data = data}), 1U);
+  EXPECT_EQ(tries({.kind = number(Kind::object_write), .node = 1, .data = data}), 1U);
+  EXPECT_EQ(tries({.kind = number(Kind::program), .node = 1, .sub = 1, .data = data}), 1U);
+
+  Call write = line.sdo_write(1, 0x1017, 0, std::uint16_t{1}, {.attempts = 2});
+  world->reply(++sent, line::to_error(line::Refusal::busy));  // it was not begun
+  client.poll(0ms);
+  EXPECT_FALSE(write.done());
+  EXPECT_EQ(world->sent, sent + 1);
+}
+
 TEST_F(ClientCore, ACallThatCannotBeSentSaysWhy) {
   begin();
   EXPECT_FALSE(line.nmt(1, 1, {.timeout = 0s}).wait());

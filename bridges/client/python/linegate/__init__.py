@@ -611,7 +611,9 @@ class Line:
 
     def request(self, kind: int, *, timeout: float = 10.0, attempts: int = 1, data: bytes = b"",
                 **members: int) -> Call:
-        """A command by the members of a CommandRequest: linegate.idl, COMMANDS.md."""
+        """A command by the members of a CommandRequest: linegate.idl, COMMANDS.md. attempts: how often it is tried, again
+        if it was not begun because a queue was full (REFUSAL_BUSY); one that only reads also after the SDO abort 0504
+        0000h. After that abort a write may have been carried out, so it is not repeated."""
         if not isinstance(data, (bytes, bytearray, memoryview)):
             raise TypeError(f"data of a command are bytes, not {type(data).__name__}: see int.to_bytes()")
         data = bytes(data)
@@ -622,17 +624,18 @@ class Line:
         return Call(self._client, _checked(_lib.linegate_request_call(self._client._handle, self._number, request,
                                                                       _milliseconds(timeout))))
 
-    def sdo_read(self, node: int, index: int, sub: int = 0, *, timeout: float = 10.0) -> Call:
+    def sdo_read(self, node: int, index: int, sub: int = 0, *, timeout: float = 10.0, attempts: int = 1) -> Call:
         """Reads an object of a device."""
-        return self.request(0, node=node, index=index, sub=sub, timeout=timeout)
+        return self.request(0, node=node, index=index, sub=sub, timeout=timeout, attempts=attempts)
 
-    def sdo_write(self, node: int, index: int, sub: int, value: bytes, *, timeout: float = 10.0) -> Call:
+    def sdo_write(self, node: int, index: int, sub: int, value: bytes, *, timeout: float = 10.0,
+                  attempts: int = 1) -> Call:
         """Writes an object of a device."""
-        return self.request(1, node=node, index=index, sub=sub, data=value, timeout=timeout)
+        return self.request(1, node=node, index=index, sub=sub, data=value, timeout=timeout, attempts=attempts)
 
-    def nmt(self, node: int, command: int, *, timeout: float = 10.0) -> Call:
+    def nmt(self, node: int, command: int, *, timeout: float = 10.0, attempts: int = 1) -> Call:
         """Sends an NMT command: NMT_ of linegate.idl (1 start, 2 stop, 128 pre-operational, ...); node 0 = all."""
-        return self.request(6, node=node, nmt=command, timeout=timeout)
+        return self.request(6, node=node, nmt=command, timeout=timeout, attempts=attempts)
 
 
 class Client:
