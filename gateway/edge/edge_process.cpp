@@ -379,7 +379,15 @@ bool EdgeProcess::start() {
     empty_wakes_ = 0;
   }
   wakeup_.signal();
+  set_condition(Options::Condition::starting);
   return true;
+}
+
+void EdgeProcess::set_condition(Options::Condition condition) {
+  const bool pauses = condition == Options::Condition::waits;
+  if (std::exchange(condition_, condition) != condition || pauses) {
+    options_.changed(condition, pauses ? start_due_ : Instant{});
+  }
 }
 
 void EdgeProcess::run() {
@@ -428,6 +436,7 @@ void EdgeProcess::start_again(Instant now) {
                fmt::format("the {} process cannot be started: {}", options_.name, reason));
   const Duration pause = pauses_.after({});
   start_due_ = now + pause;
+  set_condition(Options::Condition::waits);
   options_.ended({event::ProcessEnd::not_started, static_cast<std::uint32_t>(error), pause,
                   "could not be started: " + reason});
 }
@@ -446,6 +455,7 @@ void EdgeProcess::note_end(const Child& child, const siginfo_t& end, Instant now
   }
   const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(report.pause).count();
   start_due_ = now + report.pause;
+  set_condition(Options::Condition::waits);
   options_.log(Severity::error,
                fmt::format("the {} process {} {}; it is started again{}", options_.name, child.pid,
                            report.words, ms == 0 ? std::string() : fmt::format(" in {} ms", ms)));
@@ -461,6 +471,11 @@ void EdgeProcess::look_at(Child& child, Instant now) {
   if (!reason.empty() || kill_.raised()) {
     child.killed_as = "was ended: " + reason;
     kill(child.pid, SIGKILL);
+  }
+  if (!reason.empty() && child.killed_for == event::ProcessEnd::no_response) {
+    set_condition(Options::Condition::hangs);
+  } else if (child.rings.progress(0) != 0 && child.rings.progress(1) != 0) {
+    set_condition(Options::Condition::working);
   }
 }
 
@@ -493,6 +508,7 @@ void EdgeProcess::report_end(const Child& child, const siginfo_t& end, Instant n
     return;
   }
   start_due_ = now;
+  set_condition(Options::Condition::waits);
   options_.log(Severity::note, fmt::format("the {} process {} is replaced: {}", options_.name,
                                            child.pid, replaced));
 }

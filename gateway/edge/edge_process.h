@@ -103,6 +103,16 @@ class EdgeProcess {
       std::string words;
     };
     std::function<void(End)> ended = [](const End&) {};
+    // Receives each change of its condition; starting when the object is made. Called in the
+    // thread of this object, the first time in that of the constructor.
+    enum class Condition : std::uint8_t {
+      starting,  // it runs, and has shown no progress yet
+      working,
+      hangs,  // it does not respond, and is being ended
+      waits,  // it does not run
+    };
+    // start_due: of `waits`, when it is started.
+    std::function<void(Condition, Instant start_due)> changed = [](Condition, Instant) {};
     // Wakes the process; any thread may ring it.
     std::shared_ptr<exchange::Bell> bell = std::make_shared<exchange::Bell>();
     // Receive reports of the end of the process, and the lines of its output, which may contain
@@ -152,6 +162,7 @@ class EdgeProcess {
   void run();
   bool start();
   void start_again(Instant now);
+  void set_condition(Options::Condition condition);
   void note_end(const Child& child, const siginfo_t& end, Instant now);
   void look_at(Child& child, Instant now);
   bool has_ended(Child& child, Instant now);
@@ -178,6 +189,7 @@ class EdgeProcess {
   exchange::Flag kill_;
   RestartPauses pauses_;
   Instant start_due_{};
+  Options::Condition condition_ = Options::Condition::waits;
   std::thread thread_;
 };
 

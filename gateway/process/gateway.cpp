@@ -410,6 +410,13 @@ void Gateway::report_edge() {
   }
 }
 
+std::vector<std::string> Gateway::edge_conditions() const {
+  const Instant now = monotonic_now();
+  std::vector<std::string> out{edge_->condition(now), peer_ends_->condition(now)};
+  std::erase(out, std::string());
+  return out;
+}
+
 Gateway::Reload Gateway::reload(const config::Plant& wanted) {
   Reload out;
   out.difference = difference(identity_, wanted);

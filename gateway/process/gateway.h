@@ -72,6 +72,8 @@ class Gateway {
   void report_journal();
   // Reports ends of the DDS process as events of the gateway. Call it likewise.
   void report_edge();
+  // What the DDS processes lack to work, in words; none while they work.
+  std::vector<std::string> edge_conditions() const;
 
   // The threads that must respond for the gateway to work. Excludes the threads that wait for
   // disks.

@@ -134,10 +134,11 @@ void Service::look() {
 }
 
 void Service::show_status() {
-  std::string status = status_text(gateway_.shown_lines());
+  std::vector<std::string> complaints = gateway_.edge_conditions();
   if (!stuck_.empty()) {
-    status = fmt::format("no progress: {}; {}", fmt::join(stuck_, ", "), status);
+    complaints.insert(complaints.begin(), fmt::format("no progress: {}", fmt::join(stuck_, ", ")));
   }
+  std::string status = status_text(gateway_.shown_lines(), complaints);
   if (status != status_) {
     manager_.status(status);
     status_ = std::move(status);

@@ -35,9 +35,13 @@ std::string lines_of(std::size_t count) {
 
 }  // namespace
 
-std::string status_text(std::span<const ShownLine> lines) {
+std::string status_text(std::span<const ShownLine> lines, std::span<const std::string> complaints) {
   std::size_t good = 0;
   std::string out;
+  std::string first;
+  for (const std::string& one : complaints) {
+    first += one + "; ";
+  }
   for (const auto& line : lines) {
     const std::string what = complaint(line.state);
     if (what.empty()) {
@@ -47,9 +51,9 @@ std::string status_text(std::span<const ShownLine> lines) {
     }
   }
   if (good == lines.size()) {
-    return lines_of(good) + " in order";
+    return first + lines_of(good) + " in order";
   }
-  return fmt::format("{} of {} in order{}", good, lines_of(lines.size()), out);
+  return fmt::format("{}{} of {} in order{}", first, good, lines_of(lines.size()), out);
 }
 
 }  // namespace linegate::gateway

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of all lines in one sentence, for `systemctl status`.
+// The state of the gateway in one sentence, for `systemctl status`.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,9 @@ struct ShownLine {
 };
 
 // "8 lines in order", or the number in order and the problem of each other line: "6 of 8 lines in
-// order; hall: 3 of 4 nodes operational; pack: bus-off".
-std::string status_text(std::span<const ShownLine> lines);
+// order; hall: 3 of 4 nodes operational; pack: bus-off". complaints: what other parts of the
+// gateway lack; they are first.
+std::string status_text(std::span<const ShownLine> lines,
+                        std::span<const std::string> complaints = {});
 
 }  // namespace linegate::gateway

@@ -229,6 +229,9 @@ class DataEdge {
   virtual std::vector<std::string> warnings(Instant now) = 0;
   // Events since the last call that the caller publishes; usually none. From one thread at a time.
   virtual std::optional<EdgeNotice> pop_notice(Instant /*now*/) { return std::nullopt; }
+  // What it lacks to work, in words for the status of the service; empty while it works. Any thread
+  // may call it.
+  virtual std::string condition(Instant /*now*/) const { return {}; }
 
   // Answers the command with that tag, and keeps the answer for duplicates.
   virtual void reply(const line::Reply& reply) = 0;

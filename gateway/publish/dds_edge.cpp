@@ -308,6 +308,7 @@ class DdsEdge final : public DataEdge {
     return guard_.update(bridge_->guard_counters(), now);
   }
   std::optional<EdgeNotice> pop_notice(Instant now) override { return ends_->pop(now); }
+  std::string condition(Instant now) const override { return ends_->condition(now); }
   void reply(const line::Reply& reply) override { bridge_->reply(reply); }
 
  private:

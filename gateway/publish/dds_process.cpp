@@ -121,6 +121,8 @@ class ProcessLink final : public dds::MessageLink {
             [this](EdgeProcess::Options::End end) {
               ends_->note(end.cause, end.detail, end.pause, std::move(end.words), monotonic_now());
             },
+        .changed = [this](ProcessEnds::Condition condition,
+                          Instant start_due) { ends_->set_condition(condition, start_due); },
         .bell = std::move(bell),
         .log = write_log,
         .output = [this](

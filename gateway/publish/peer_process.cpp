@@ -83,6 +83,8 @@ class PeerProcessLink final : public PeerLink {
             [this](EdgeProcess::Options::End end) {
               ends_->note(end.cause, end.detail, end.pause, std::move(end.words), monotonic_now());
             },
+        .changed = [this](ProcessEnds::Condition condition,
+                          Instant start_due) { ends_->set_condition(condition, start_due); },
         .log = log_peers,
         .output = [this](
                       Severity severity,

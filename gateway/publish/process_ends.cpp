@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/publish/process_ends.h"
 
+#include <algorithm>
 #include <chrono>
 #include <string_view>
 #include <utility>
@@ -59,6 +60,32 @@ std::optional<EdgeNotice> ProcessEnds::pop(Instant now) {
   causes_.clear();
   waited_ = false;
   return out;
+}
+
+void ProcessEnds::set_condition(Condition condition, Instant start_due) {
+  const std::lock_guard lock(mutex_);
+  condition_ = condition;
+  start_due_ = start_due;
+}
+
+std::string ProcessEnds::condition(Instant now) const {
+  const std::lock_guard lock(mutex_);
+  const bool is_of_routes = newest_.process == event::DdsProcess::routes;
+  const std::string_view name = is_of_routes ? "DDS routes process" : "DDS process";
+  switch (condition_) {
+    case Condition::starting:
+      return fmt::format("{} is starting", name);
+    case Condition::working:
+      return {};
+    case Condition::hangs:
+      return fmt::format("{} hangs, it is started again", name);
+    case Condition::waits: {
+      const Duration left = std::max(start_due_ - now, Duration::zero());
+      return fmt::format("{} not running, started again in {} s", name,
+                         std::chrono::ceil<std::chrono::seconds>(left).count());
+    }
+  }
+  return {};
 }
 
 // The event has the time of the report. A start that failed would be another end.

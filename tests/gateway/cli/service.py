@@ -112,6 +112,43 @@ def check_stuck(manager, process, name):
     manager.until(lambda message: message == "WATCHDOG=1", f"a sign of life after {name} goes on")
 
 
+def child_called(process, name):
+    """Returns the process ID of a child of the service, or None."""
+    candidates = []
+    for thread in os.listdir(f"/proc/{process.pid}/task"):  # the one that started it
+        with open(f"/proc/{process.pid}/task/{thread}/children", encoding="utf-8") as children:
+            candidates += children.read().split()
+    for child in candidates:
+        try:
+            with open(f"/proc/{child}/comm", encoding="utf-8") as comm:
+                if comm.read().strip() == name:
+                    return int(child)
+        except FileNotFoundError:
+            pass
+    return None
+
+
+def check_dds_process(manager, process, status):
+    """A DDS process that ends again and again is started after pauses: the status begins with that, while it is so.
+    Without such a process there is nothing to check."""
+    if child_called(process, "linegated-dds") is None:
+        return
+    wanted = "STATUS=DDS process not running, started again in "
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        child = child_called(process, "linegated-dds")
+        if child is not None:
+            os.kill(child, signal.SIGKILL)
+        message = manager.hear(0.1)
+        if message is not None and message.startswith(wanted):
+            if not message.endswith("; 1 of 2 lines in order; gone: absent"):
+                raise Failure(f"the status does not go on with the lines: {message}")
+            break
+    else:
+        raise Failure("the status does not mention the DDS process that does not run")
+    manager.until(lambda message: message == status, "the state of the lines alone, when the DDS process works again")
+
+
 def check_journal(said):
     """Each entry has a severity in the journal's notation, and no time."""
     lines = said.splitlines()
@@ -132,6 +169,7 @@ def run(manager, process):
     manager.until(lambda message: message == "WATCHDOG=1", "a sign of life")
     for name in ("exec press", "publisher", "requests"):
         check_stuck(manager, process, name)
+    check_dds_process(manager, process, status)
     process.send_signal(signal.SIGHUP)
     manager.until(lambda message: message.startswith("RELOADING=1\nMONOTONIC_USEC="), "RELOADING=1")
     manager.until(lambda message: message == "READY=1", "READY=1 after the reload")

@@ -84,18 +84,23 @@ class EdgeProcessTest : public testing::Test {
       const std::lock_guard lock(mutex_);
       lines_.emplace_back(text);
     };
-    return std::make_unique<EdgeProcess>(EdgeProcess::Options{.program = "/bin/sh",
-                                                              .arguments = {"sh", "-c", script},
-                                                              .name = "test",
-                                                              .memory = memory,
-                                                              .ended =
-                                                                  [this](const auto& end) {
-                                                                    const std::lock_guard lock(
-                                                                        mutex_);
-                                                                    ends_.push_back(end);
-                                                                  },
-                                                              .log = note,
-                                                              .output = note});
+    return std::make_unique<EdgeProcess>(
+        EdgeProcess::Options{.program = "/bin/sh",
+                             .arguments = {"sh", "-c", script},
+                             .name = "test",
+                             .memory = memory,
+                             .ended =
+                                 [this](const auto& end) {
+                                   const std::lock_guard lock(mutex_);
+                                   ends_.push_back(end);
+                                 },
+                             .changed =
+                                 [this](auto condition, Instant start_due) {
+                                   const std::lock_guard lock(mutex_);
+                                   conditions_.push_back({condition, start_due});
+                                 },
+                             .log = note,
+                             .output = note});
   }
   bool logged(const std::string& text) {
     for (int i = 0; i < 1'000; ++i) {
@@ -132,6 +137,7 @@ class EdgeProcessTest : public testing::Test {
   std::mutex mutex_;
   std::vector<std::string> lines_;
   std::vector<EdgeProcess::Options::End> ends_;
+  std::vector<std::pair<EdgeProcess::Options::Condition, Instant>> conditions_;
 };
 
 TEST_F(EdgeProcessTest, ReportsTheEndOfAProcessAndStartsAnother) {
@@ -178,6 +184,37 @@ TEST_F(EdgeProcessTest, ReportsAProcessThatDoesNotRespond) {
           "exec sleep 1000");
   EXPECT_TRUE(logged("was ended: it did not respond; it is started again"));
   EXPECT_EQ(first_end().cause, event::ProcessEnd::no_response);
+}
+
+// Octets 384 and 448 are the counters of its progress (shared_rings.cpp).
+TEST_F(EdgeProcessTest, ReportsEachConditionOnce) {
+  using enum EdgeProcess::Options::Condition;
+  const auto process =
+      run("sleep 1; printf '\\001' | dd bs=1 seek=384 conv=notrunc of=/proc/self/fd/3 2>/dev/null;"
+          "printf '\\001' | dd bs=1 seek=448 conv=notrunc of=/proc/self/fd/3 2>/dev/null;"
+          "exec sleep 1000");
+  const std::vector wanted{starting, working, hangs, waits, starting};
+  ASSERT_TRUE(eventually([&] {
+    const std::lock_guard lock(mutex_);
+    return conditions_.size() >= wanted.size();
+  }));
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    EXPECT_EQ(conditions_[i].first, wanted[i]) << i;
+  }
+}
+
+TEST_F(EdgeProcessTest, ReportsWhenItStartsTheProcess) {
+  using enum EdgeProcess::Options::Condition;
+  const auto process = run("exit 7");  // paused for 250 ms after its second end
+  ASSERT_TRUE(eventually([&] {
+    const std::lock_guard lock(mutex_);
+    return conditions_.size() >= 5;
+  }));
+  const std::lock_guard lock(mutex_);
+  EXPECT_EQ(conditions_[3].first, waits);
+  EXPECT_GT(conditions_[3].second, conditions_[1].second + 200ms);
+  EXPECT_EQ(conditions_[4].first, starting);
 }
 
 TEST_F(EdgeProcessTest, PassesItsOutputToTheLog) {

@@ -245,5 +245,14 @@ TEST(StatusText, SaysHowManyLinesAreInOrderAndWhatTheOthersLack) {
             "pack: waits for its interface; new: starting");
 }
 
+TEST(StatusText, BeginsWithWhatOtherPartsLack) {
+  const std::vector lines{line("press", can::BusState::error_active, 4, 4)};
+  const std::vector<std::string> complaints{"no progress: exec press",
+                                            "DDS process not running, started again in 4 s"};
+  EXPECT_EQ(
+      status_text(lines, complaints),
+      "no progress: exec press; DDS process not running, started again in 4 s; 1 line in order");
+}
+
 }  // namespace
 }  // namespace linegate::gateway

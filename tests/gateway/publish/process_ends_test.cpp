@@ -39,6 +39,25 @@ TEST_F(ProcessEndsTest, TheEventNamesTheProcessOfTheRoutes) {
             "the DDS routes process was ended by signal 9 (Killed); it is started again");
 }
 
+TEST_F(ProcessEndsTest, TheConditionIsInWordsUnlessItWorks) {
+  using Condition = ProcessEnds::Condition;
+  EXPECT_EQ(ends_.condition(now_), "") << "there may be no process";
+  ends_.set_condition(Condition::starting, {});
+  EXPECT_EQ(ends_.condition(now_), "DDS process is starting");
+  ends_.set_condition(Condition::working, {});
+  EXPECT_EQ(ends_.condition(now_), "");
+  ends_.set_condition(Condition::hangs, {});
+  EXPECT_EQ(ends_.condition(now_), "DDS process hangs, it is started again");
+  ends_.set_condition(Condition::waits, now_ + 3500ms);
+  EXPECT_EQ(ends_.condition(now_), "DDS process not running, started again in 4 s");
+  EXPECT_EQ(ends_.condition(now_ + 1s), "DDS process not running, started again in 3 s");
+  EXPECT_EQ(ends_.condition(now_ + 1h), "DDS process not running, started again in 0 s");
+
+  ProcessEnds routes(event::DdsProcess::routes);
+  routes.set_condition(Condition::waits, now_ + 2s);
+  EXPECT_EQ(routes.condition(now_), "DDS routes process not running, started again in 2 s");
+}
+
 TEST_F(ProcessEndsTest, LaterOnesAreJoinedForAMinute) {
   ends_.note(ProcessEnd::exited, 1, 0ms, "ended with exit code 1", now_);
   ASSERT_TRUE(ends_.pop(now_));
