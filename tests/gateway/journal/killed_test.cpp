@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Processes that are killed at a random moment while they write a journal: nothing that was stored
-// is missing, nothing is corrupt, and no event number is used twice.
+// is missing, nothing that is older than a second is lost, nothing is corrupt, and no event number
+// is used twice.
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -146,6 +147,47 @@ void number_for_ever(const config::Journal& plan, int out) {
     if (number % 8 == 0) {
       std::this_thread::sleep_for(std::chrono::microseconds(200));
     }
+  }
+}
+
+// Records an event every 5 ms, as the gateway does, and reports each with its time before.
+void record_for_ever(const config::Journal& plan, int out) {
+  JournalThread thread({.plan = plan, .incarnation = kStream});
+  NumberedLine& line = thread.add_line("press");
+  thread.start();
+  for (std::uint64_t number = line.before + 1;; ++number) {
+    thread.use_number(line, number);
+    const std::array report{number,
+                            static_cast<std::uint64_t>(monotonic_now().time_since_epoch().count())};
+    (void)!write(out, report.data(), sizeof report);
+    JournalEntry one = entry("press", number);
+    thread.record(one);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+// Invariant 3 of gateway/journal: the last second may be lost. The slack is for the disk, which
+// other tests use, too.
+TEST_F(Killed, OnlyEventsOfTheLastSecondAreLost) {
+  constexpr Duration kMostLost = std::chrono::seconds(1);
+  constexpr Duration kSlack = std::chrono::seconds(1);
+  const unsigned rounds = std::max(kills() / 25, 2U);
+  for (unsigned i = 0; i < rounds; ++i) {
+    const auto reported = run_and_kill([&](int out) { record_for_ever(plan_, out); },
+                                       std::chrono::milliseconds(2'200) + 50 * random_time());
+    const Instant killed = monotonic_now();
+    const std::vector<std::uint64_t> stored_numbers = numbers("press");
+    const std::set<std::uint64_t> kept(stored_numbers.begin(), stored_numbers.end());
+    unsigned old = 0;
+    for (std::size_t k = 0; k + 1 < reported.size(); k += 2) {
+      const Duration age = killed - Instant(Duration(reported[k + 1]));
+      if (age > kMostLost + kSlack) {
+        ++old;
+        ASSERT_TRUE(kept.contains(reported[k]))
+            << "round " << i << ": an event of " << age.count() << " ns before";
+      }
+    }
+    EXPECT_GT(old, 10U) << "round " << i;
   }
 }
 
