@@ -20,6 +20,7 @@
 #include "bridges/dds/event_filter.h"
 #include "bridges/dds/event_follower.h"
 #include "bridges/dds/event_samples.h"
+#include "bridges/dds/gateway_holders.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/layout_assembly.h"
 #include "bridges/dds/line_publishers.h"
@@ -151,8 +152,7 @@ struct Client::Impl {
   std::map<fast::InstanceHandle_t, std::pair<std::string, std::string>> line_names;
   std::uint64_t left_out = 0;  // samples, in the present poll
   std::uint64_t foreign_samples = 0;
-  // Whether that participant has the certificate of that gateway. Bounded: emptied when it is full.
-  std::map<std::pair<ParticipantPrefix, std::string>, bool> holders;
+  GatewayHolders holders{security.is_holder};
 
   v1::GatewayState gateway_sample;
   v1::LineState line_sample;
@@ -378,19 +378,9 @@ void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle
   waiting.wake();
 }
 
-// With DDS-Security: whether the writer of the sample that `info` describes has the certificate of
-// that gateway. The permissions of a gateway do not limit the names in its samples.
+// Of the sample that `info` describes.
 bool Client::Impl::is_of_gateway(const std::string& gateway) {
-  constexpr std::size_t kMostHolders = 1'024;
-  if (!security.is_holder)
-    return true;
-  const std::pair key{participant_of(guid_of(info.publication_handle)), gateway};
-  const auto known = holders.find(key);
-  if (known != holders.end())
-    return known->second;
-  if (holders.size() >= kMostHolders)
-    holders.clear();
-  return holders[key] = security.is_holder(key.first, "gateway", gateway);
+  return holders.has(participant_of(guid_of(info.publication_handle)), gateway);
 }
 
 // Called before values are drained, so that a layout is known when its first image arrives.

@@ -347,7 +347,8 @@ fast::Subscriber* Endpoints::subscriber_in(const std::string& partition) {
   if (!ok_)
     return nullptr;
   fast::SubscriberQos qos = fast::SUBSCRIBER_QOS_DEFAULT;
-  qos.partition().push_back(partition.c_str());
+  if (!partition.empty())
+    qos.partition().push_back(partition.c_str());
   return participant_->create_subscriber(qos);
 }
 

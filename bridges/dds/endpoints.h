@@ -177,7 +177,8 @@ class Endpoints {
     auto* type = new ReceivedType<PubSubType>(unreadable_);
     return make_reader(topic, eprosima::fastdds::dds::TypeSupport(type), subscriber_);
   }
-  // The same in a partition, which may have wildcards, instead of that of all readers.
+  // The same in a partition, which may have wildcards, instead of that of all readers; empty: the
+  // default one.
   template <class PubSubType>
   eprosima::fastdds::dds::DataReader* reader_in(const std::string& partition,
                                                 const std::string& topic) {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -37,9 +38,9 @@ template <class PubSubType>
 class InboundReader {
  public:
   // endpoints and waiting must outlive the reader. endpoints reports whether it could be created.
-  // partition: see Endpoints::reader_in(); empty: that of all readers.
+  // partition: see Endpoints::reader_in(); nothing: that of all readers.
   InboundReader(Endpoints& endpoints, Waiting& waiting, std::string topic,
-                std::string partition = {})
+                std::optional<std::string> partition = {})
       : endpoints_(endpoints),
         waiting_(waiting),
         topic_(std::move(topic)),
@@ -81,8 +82,8 @@ class InboundReader {
 
  private:
   void create() {
-    reader_ = partition_.empty() ? endpoints_.reader<PubSubType>(topic_)
-                                 : endpoints_.reader_in<PubSubType>(partition_, topic_);
+    reader_ = partition_ ? endpoints_.reader_in<PubSubType>(*partition_, topic_)
+                         : endpoints_.reader<PubSubType>(topic_);
     if (reader_ != nullptr)
       waiting_.watch(reader_);
   }
@@ -90,7 +91,7 @@ class InboundReader {
   Endpoints& endpoints_;
   Waiting& waiting_;
   std::string topic_;
-  std::string partition_;
+  std::optional<std::string> partition_;
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;
 };
 

@@ -22,6 +22,7 @@
 #include "bridges/dds/command_samples.h"
 #include "bridges/dds/endpoints.h"
 #include "bridges/dds/event_samples.h"
+#include "bridges/dds/gateway_holders.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/inbound_reader.h"
 #include "bridges/dds/layout_assembly.h"
@@ -232,7 +233,9 @@ class LocalPort final : public SamplePort {
     }
   }
   void all_named_taken() override { sets_.renew_if_full(); }
-  std::uint64_t pop_unreadable() override { return endpoints_.pop_unreadable(); }
+  std::uint64_t pop_unreadable() override {
+    return endpoints_.pop_unreadable() + std::exchange(forged_, 0);
+  }
   std::string_view output_misfit() override { return misfit_of(outputs_); }
   std::string_view command_misfit() override { return misfit_of(*requests_); }
   Misfit named_misfit() override { return sets_.misfit(policy_name); }
@@ -272,10 +275,11 @@ class LocalPort final : public SamplePort {
   }
   // The lines of other gateways.
   struct OtherLines {
-    OtherLines(Endpoints& endpoints, Waiting& waiting)
-        : states(endpoints, waiting, v1::TOPIC_LINE_STATE),
-          layouts(endpoints, waiting, v1::TOPIC_IMAGE_LAYOUT),
-          images(endpoints, waiting, v1::TOPIC_PROCESS_IMAGE) {}
+    // partition: see InboundReader.
+    OtherLines(Endpoints& endpoints, Waiting& waiting, const std::optional<std::string>& partition)
+        : states(endpoints, waiting, v1::TOPIC_LINE_STATE, partition),
+          layouts(endpoints, waiting, v1::TOPIC_IMAGE_LAYOUT, partition),
+          images(endpoints, waiting, v1::TOPIC_PROCESS_IMAGE, partition) {}
 
     InboundReader<v1::LineStatePubSubType> states;
     InboundReader<v1::ImageLayoutPubSubType> layouts;
@@ -286,9 +290,15 @@ class LocalPort final : public SamplePort {
     fast::SampleInfo info;
     if (!others_ || !((*others_).*reader).take(sample, info))
       return Taken::none;
-    const bool wanted = info.valid_data && followed_.contains({sample.gateway().to_string(),
-                                                               sample.line().to_string()});
-    return wanted ? Taken::sample : Taken::invalid;
+    if (!info.valid_data)
+      return Taken::invalid;
+    const std::string gateway = sample.gateway().to_string();
+    if (!followed_.contains({gateway, sample.line().to_string()}))
+      return Taken::invalid;
+    if (holders_.has(prefix_of(info), gateway))
+      return Taken::sample;
+    ++forged_;
+    return Taken::invalid;
   }
   template <class Reader, class Sample>
   Taken receive_from(Reader& reader, Sample& sample, Participant& from) {
@@ -303,6 +313,12 @@ class LocalPort final : public SamplePort {
     from = sender(info);
     add_claim(info, line, from);
     return Taken::sample;
+  }
+  static GatewayHolders::Prefix prefix_of(const fast::SampleInfo& info) {
+    const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
+    GatewayHolders::Prefix out{};
+    std::copy_n(writer.guidPrefix.value, out.size(), out.begin());
+    return out;
   }
   const Participant& sender(const fast::SampleInfo& info);
   void add_claim(const fast::SampleInfo& info, std::string_view line, Participant& from) const;
@@ -337,6 +353,8 @@ class LocalPort final : public SamplePort {
   std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests_;
   std::optional<OtherLines> others_;
   std::set<RemoteLine> followed_;
+  GatewayHolders holders_;
+  std::uint64_t forged_ = 0;  // samples of followed lines, since the last pop_unreadable()
   NamedReaders sets_{endpoints_, waiting_};
   Participant last_sender_;  // of the thread that calls take()
   std::chrono::steady_clock::time_point liveliness_due_{};
@@ -351,7 +369,8 @@ LocalPort::LocalPort(const GatewayOptions& options, std::vector<Diagnostic>& dia
       renew_after_(options.renew_after),
       endpoints_("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
                  options.guard, options.participants, options.security, nullptr, options.network),
-      prepared_(prepare()) {
+      prepared_(prepare()),
+      holders_(options.security.is_holder) {
   LineWriters::make_events(own_events_, endpoints_, renew_after_);
   if (!partitions_)
     line_states_.try_emplace("", endpoints_, renew_after_, "");
@@ -372,12 +391,13 @@ bool LocalPort::prepare() {
   return true;
 }
 
-// New readers receive what is present.
+// New readers receive what is present. With DDS-Security all others are in the partition of
+// requests to this gateway, and gateways publish in the default one.
 bool LocalPort::follow(const std::vector<RemoteLine>& lines) {
   followed_ = {lines.begin(), lines.end()};
   others_.reset();
   if (!lines.empty())
-    others_.emplace(endpoints_, waiting_);
+    others_.emplace(endpoints_, waiting_, secured_ ? std::optional<std::string>("") : std::nullopt);
   return lines.empty() ||
          (others_->states.exists() && others_->layouts.exists() && others_->images.exists());
 }
@@ -464,8 +484,7 @@ bool LocalPort::wait(Duration timeout) {
 // Requests of one participant often follow each other.
 const Participant& LocalPort::sender(const fast::SampleInfo& info) {
   Participant from;
-  const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
-  std::copy_n(writer.guidPrefix.value, from.prefix.size(), from.prefix.begin());
+  from.prefix = prefix_of(info);
   if (from.prefix != last_sender_.prefix || last_sender_.host.empty()) {
     from.host = endpoints_.host_of(from.prefix);
     last_sender_ = std::move(from);
@@ -550,6 +569,10 @@ struct GatewayBridge::Impl {
   bool receive_command(GatewayHandler& handler);
   void handle(const v1::CommandRequest& request, GatewayHandler& handler);
   const char* denial(const Participant& from) const;
+  // Its samples must not reach outputs, even while its participant is still matched.
+  bool is_revoked_gateway(const std::string& name) const {
+    return security.is_revoked && security.is_revoked("gateway", name);
+  }
   void refuse_sender(const v1::CommandRequest& request, const char* why, GatewayHandler& handler);
   std::string replies_to_sender() const;
   void report_discarded(GatewayHandler& handler);
@@ -944,7 +967,7 @@ std::size_t GatewayBridge::Impl::read_lines(Sample& sample, Handle handle) {
       continue;
     const RemoteSource source{{sample.gateway().to_string(), sample.line().to_string()},
                               sample.incarnation()};
-    if (followed.contains(source.line))
+    if (followed.contains(source.line) && !is_revoked_gateway(source.line.gateway))
       handle(source);
   }
   return kSamplesPerPoll;

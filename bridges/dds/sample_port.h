@@ -114,7 +114,8 @@ class SamplePort {
   virtual void all_commands_taken() = 0;
   virtual void all_named_taken() {}
 
-  // Number of samples that could not be deserialized, since the last call.
+  // Number of samples since the last call that could not be deserialized, or are of a line that
+  // is followed and whose writer has not the certificate of the gateway that they name.
   virtual std::uint64_t pop_unreadable() = 0;
   // The name of the QoS policy in which a writer discovered since the last call is incompatible;
   // empty: none.

@@ -34,8 +34,9 @@ struct Security {
   // Of a client that sends requests: the end of its partitions, "operator/alice".
   std::string right;
   // Whether a participant with that GUID prefix has the certificate of that right and name; without
-  // a function: always. A gateway calls it for the right and name of a request; a client for
-  // "gateway" and the gateway that a sample names, and ignores the sample if not.
+  // a function: always. A gateway calls it for the right and name of a request; a client, and a
+  // gateway that follows lines of others, for "gateway" and the gateway that a sample names, and
+  // ignores the sample if not.
   std::function<bool(const std::array<std::uint8_t, 12>& prefix, std::string_view right,
                      std::string_view name)>
       is_holder;

@@ -224,11 +224,6 @@ class ForwardResolver {
     } else if (check_name(findings_, from.line.gateway, place, "name of a gateway")) {
       check_name(findings_, from.line.line, place, "name of a line");
     }
-    if (!plant_.dds_security.empty()) {
-      findings_.error(place,
-                      "a source in another gateway is for DDS without security: the permissions of "
-                      "a gateway do not include process images of others");
-    }
     if (std::ranges::find(rule.reaction_words, "stop") != rule.reaction_words.end()) {
       findings_.error(rule.when_lost_place,
                       "when_lost: stop is for a source in this gateway: with one in another "

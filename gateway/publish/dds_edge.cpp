@@ -120,6 +120,9 @@ security::NamedTopics named_topics_of(const config::Plant& plant) {
     for (const named::Group& group : line.named.groups)
       out.received.push_back(
           named::GroupType{.line = line.config.name, .group = group.name}.topic());
+    if (!line.remote_inputs.empty())
+      out.followed = {"linegate/v1/LineState", "linegate/v1/ImageLayout",
+                      "linegate/v1/ProcessImage"};
   }
   return out;
 }

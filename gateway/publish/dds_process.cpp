@@ -248,7 +248,7 @@ int run() {
   const dds::PortServer::Message configure = end.receive(kTimeToStart);
   auto server = dds::PortServer::make(
       configure, [&](dds::PortServer::Message message) { return end.send(message); },
-      watch_certificates);
+      add_security_functions);
   if (server == nullptr) {
     return kExitFailed;
   }

@@ -18,6 +18,7 @@
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/file_access.h"
 #include "gateway/runtime/exit_code.h"
+#include "gateway/security/fingerprint.h"
 #include "gateway/security/peer_certificates.h"
 
 namespace linegate::gateway {
@@ -58,7 +59,7 @@ bool enter_dds_process() {
   return true;
 }
 
-void watch_certificates(dds::Security& to) {
+void add_security_functions(dds::Security& to) {
   if (!to.enabled()) {
     return;
   }
@@ -67,6 +68,7 @@ void watch_certificates(dds::Security& to) {
     return peers->note(pem, std::time(nullptr));
   };
   to.next_expiry = [peers] { return std::int64_t{peers->next_expiry()}; };
+  to.is_holder = security::is_holder;
 }
 
 // Neither destructors of static objects nor threads of the library may delay the end.

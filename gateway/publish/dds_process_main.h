@@ -19,8 +19,9 @@ void write_line(Severity severity, std::string_view text);
 // of the DDS library to the log. Call it first. Returns false after it has logged the reason.
 bool enter_dds_process();
 
-// The certificates of all participants pass this process only. No effect without DDS-Security.
-void watch_certificates(dds::Security& to);
+// Sets the functions that a message cannot contain: those about the certificates of other
+// participants, which pass this process only. No effect without DDS-Security.
+void add_security_functions(dds::Security& to);
 
 // Runs the main function of the process of that name, and ends the process.
 [[noreturn]] void run_process(const char* name, int (*run)());

@@ -208,7 +208,7 @@ int run_peers() {
   end.done();
   dds::Security security;
   auto made = make_local_peers(*settings, [&security](dds::Security& to) {
-    watch_certificates(to);
+    add_security_functions(to);
     security = to;
   });
   for (const Diagnostic& diagnostic : made.diagnostics) {

@@ -282,7 +282,9 @@ void RequestReceiver::on_unreadable(std::uint64_t samples) {
     return;
   }
   unreadable_reported_ = now;
-  spdlog::warn("{} damaged samples were received and dropped", std::exchange(unreadable_, 0));
+  spdlog::warn(
+      "{} samples were received and dropped: damaged, or not of the gateway that they name",
+      std::exchange(unreadable_, 0));
 }
 
 void RequestReceiver::on_misfit(std::string_view topic, std::string_view policy) {

@@ -60,7 +60,8 @@ std::string rules(const Holder& holder) {
     case Role::gateway:
       return rule("publish", kPublished) +
              rule("publish", kReplies, {requests_of_gateway(holder.name)}) +
-             rule("subscribe", requests_to({"*/*"}), {requests_of_gateway(holder.name)});
+             rule("subscribe", requests_to({"*/*"}), {requests_of_gateway(holder.name)}) +
+             rule("subscribe", kPublished);  // `forward:` from other gateways
     case Role::viewer:
       break;
     case Role::operator_:

@@ -239,11 +239,12 @@ class Check {
 
   // Reports one topic only: a rule is for all lines and devices, and a new identity has all rules.
   void check_topics(const std::string& text) {
-    if (!text.empty() && check_topics(text, "publish", topics_.published))
-      check_topics(text, "subscribe", topics_.received);
+    if (!text.empty() && check_topics(text, "publish", "the named topic ", topics_.published) &&
+        check_topics(text, "subscribe", "the named topic ", topics_.received))
+      check_topics(text, "subscribe", "the topic of other gateways ", topics_.followed);
   }
   // Returns false after an error.
-  bool check_topics(const std::string& text, const std::string& action,
+  bool check_topics(const std::string& text, const std::string& action, const std::string& what,
                     const std::vector<std::string>& topics) {
     const std::vector<std::string> rules = contents_of(action, text);
     for (const std::string& topic : topics) {
@@ -255,8 +256,7 @@ class Check {
       };
       if (std::ranges::any_of(rules, permits))
         continue;
-      report(kPermissionsFile, "does not permit the gateway to " + action + " the named topic " +
-                                   topic +
+      report(kPermissionsFile, "does not permit the gateway to " + action + " " + what + topic +
                                    ", because it was issued by an earlier version: issue the "
                                    "identity again (linegate security issue --renew), copy its "
                                    "folder to this host, and restart the gateway");
@@ -379,9 +379,9 @@ std::vector<Diagnostic> check_gateway(const std::string& folder, const std::stri
 }
 
 std::vector<Diagnostic> check_named_topics(const std::string& folder, const NamedTopics& topics) {
-  const bool named = !topics.published.empty() || !topics.received.empty();
-  return folder.empty() || !named ? std::vector<Diagnostic>{}
-                                  : Check(folder, 0, topics).run_topics();
+  const bool any =
+      !topics.published.empty() || !topics.received.empty() || !topics.followed.empty();
+  return folder.empty() || !any ? std::vector<Diagnostic>{} : Check(folder, 0, topics).run_topics();
 }
 
 std::vector<Diagnostic> check_identity(const std::string& folder, std::time_t now) {

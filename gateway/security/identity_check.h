@@ -29,6 +29,8 @@ std::vector<Diagnostic> check_identity(const std::string& folder, std::time_t no
 struct NamedTopics {
   std::vector<std::string> published;
   std::vector<std::string> received;
+  // Topics of other gateways that it follows, "linegate/v1/LineState": not named ones.
+  std::vector<std::string> followed{};
 };
 
 // The same for the identity of a gateway with that name; empty if `folder` is empty. It is an error

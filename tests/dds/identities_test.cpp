@@ -455,6 +455,113 @@ TEST_F(Identities, AGatewayPublishesInItsOwnNameOnly) {
   EXPECT_FALSE(sources.events.contains({kGateway, 77U}));
 }
 
+// What a gateway receives of the lines that it follows.
+struct Followed : dds::GatewayHandler {
+  void on_output_write(dds::OutputMessage) override {}
+  void on_command(dds::CommandMessage) override {}
+  void on_gateway_command(dds::GatewayCommandMessage) override {}
+  void on_output_refused(const dds::RequestOrigin&, std::uint16_t, line::OutputRefusal,
+                         std::string_view) override {}
+  void on_command_refused(const dds::RequestOrigin&, std::uint8_t, line::Refusal,
+                          std::string_view) override {}
+  void on_remote_state(const dds::RemoteSource& source, std::int64_t) override {
+    incarnations.insert(source.incarnation);
+  }
+  void on_remote_layout(const dds::RemoteSource& source, const image::Layout&) override {
+    incarnations.insert(source.incarnation);
+  }
+  void on_remote_image(const dds::RemoteSource& source, const image::Snapshot&) override {
+    incarnations.insert(source.incarnation);
+    ++images;
+  }
+  void on_unreadable(std::uint64_t samples) override { dropped += samples; }
+
+  std::set<std::uint64_t> incarnations;
+  int images = 0;
+  std::uint64_t dropped = 0;
+};
+
+// A gateway with its own certificate in the name of another one, whose lines are followed.
+class Forger {
+ public:
+  Forger(const folders::path& identity, std::uint64_t incarnation)
+      : endpoints_("linegate other", domain(), LOOPBACK_PROFILES, diagnostics_, true, 0,
+                   security_of(identity)) {
+    state_.gateway("hall");
+    state_.line(kLine);
+    state_.incarnation(incarnation);
+    image_.gateway("hall");
+    image_.line(kLine);
+    image_.incarnation(incarnation);
+  }
+  void write() {
+    states_->write(&state_);
+    images_->write(&image_);
+  }
+
+ private:
+  std::vector<Diagnostic> diagnostics_;
+  dds::Endpoints endpoints_;
+  eprosima::fastdds::dds::DataWriter* const states_ =
+      endpoints_.writer<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE);
+  eprosima::fastdds::dds::DataWriter* const images_ =
+      endpoints_.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+  v1::LineState state_;
+  v1::ProcessImage image_;
+};
+
+// `forward:` from a line of another gateway.
+TEST_F(Identities, AGatewayFollowsTheHolderOfTheNameOnly) {
+  constexpr std::uint64_t kForged = 66;
+  constexpr std::uint64_t kTrue = 5;
+  issue("hall", Role::gateway);
+  issue("other", Role::gateway);
+  ASSERT_NO_FATAL_FAILURE(start_gateway());
+  ASSERT_TRUE(bridge->follow({{"hall", kLine}}));
+  Followed received;
+  std::unique_ptr<Forger> forger;
+  const auto is_dropped = [&] {
+    forger->write();
+    bridge->poll(milliseconds(10), received);
+    return received.dropped > 1;
+  };
+  for (int attempt = 0; attempt < kAttempts && received.dropped < 2; ++attempt) {
+    forger = std::make_unique<Forger>(plant / "other", kForged);
+    eventually(is_dropped, kOneAttempt);
+  }
+  ASSERT_GT(received.dropped, 1U) << "the forged samples do not arrive, so that nothing is shown";
+
+  dds::GatewayOptions options{"hall", kTrue, domain(), LOOPBACK_PROFILES, {kLine}};
+  options.last_words = milliseconds(0);
+  options.security = security_of(plant / "hall");
+  options.security.request_partition = security::requests_of_gateway("hall");
+  std::unique_ptr<dds::GatewayBridge> hall;
+  const auto arrives = [&] {
+    hall->publish({.name = kLine}, known::line_state(), known::at(1));
+    hall->publish(kLine, known::layout());
+    hall->publish(kLine, known::snapshot());
+    return is_dropped() && received.images != 0;
+  };
+  for (int attempt = 0; attempt < kAttempts && received.images == 0; ++attempt) {
+    hall.reset();
+    auto made = dds::GatewayBridge::make(options);
+    ASSERT_TRUE(made.ok());
+    hall = std::move(*made.value);
+    eventually(arrives, kOneAttempt);
+  }
+  EXPECT_GT(received.images, 0);
+  EXPECT_EQ(received.incarnations, std::set<std::uint64_t>{kTrue});
+
+  // Its participant is still matched, so that its samples arrive.
+  revoked_names.insert("gateway/hall");
+  received.incarnations.clear();
+  received.images = 0;
+  EXPECT_FALSE(eventually(arrives, milliseconds(1'000)));
+  EXPECT_TRUE(received.incarnations.empty());
+  revoked_names.clear();
+  EXPECT_TRUE(eventually(arrives));
+}
+
 TEST_F(Identities, AnIdentityOfOneLineSendsToNoOther) {
   issue("lena", Role::operator_, {"plant/press", "plant/"});
   ASSERT_NO_FATAL_FAILURE(start_gateway());

@@ -809,6 +809,13 @@ TEST_F(Check, PermissionsOfAnEarlierVersionDoNotSufficeForNamedTopics) {
   change(folder / kPermissionsFile, "<topic>plant/*/*/outputs/set</topic>", "", true);
   EXPECT_EQ(check(both), refused("subscribe the named topic plant/press/drives/outputs/set"));
   EXPECT_EQ(check({both.published, {}}), "");
+  const NamedTopics others{{}, {}, {"linegate/v1/LineState", "linegate/v1/ProcessImage"}};
+  EXPECT_EQ(check(others), "");
+  change(folder / kPermissionsFile,
+         "<subscribe><topics>\r\n<topic>linegate/v1/GatewayState</topic>\r\n"
+         "<topic>linegate/v1/LineState</topic>",
+         "<subscribe><topics>\r\n<topic>linegate/v1/GatewayState</topic>", true);
+  EXPECT_EQ(check(others), refused("subscribe the topic of other gateways linegate/v1/LineState"));
   change(folder / kPermissionsFile, "<topic>plant/*/inputs</topic>", "", true);
   EXPECT_EQ(check(both), refused("publish the named topic plant/press/ram/inputs"));
   EXPECT_EQ(check({}), "") << "no named topics are configured";
