@@ -5,6 +5,7 @@
 
 #include "bridges/client/core.h"
 #include "bridges/dds/raw_request.h"
+#include "bridges/dds/reply_codec.h"
 #include "stack/base/byte_order.h"
 #include "stack/base/events.h"
 
@@ -104,6 +105,12 @@ std::shared_ptr<CallData> Core::start(const Line& line, Request request,
   return call;
 }
 
+std::shared_ptr<CallData> Core::refuse(std::string text) {
+  auto call = std::make_shared<CallData>();
+  finish(call, Outcome::refused, code_of(line::Refusal::bad_request), std::move(text));
+  return call;
+}
+
 // Later, if the line is not received yet.
 void Core::send(const std::shared_ptr<CallData>& call) {
   const Model::Found found = find(call->gateway, call->line);
@@ -195,6 +202,13 @@ void Core::note_progress(const dds::Source& source, const dds::ReceivedEvent& ev
       return;
     }
   }
+}
+
+std::optional<line::ReplyData> Core::reply_of(const Call& call) {
+  if (!call.done() || call.data_ == nullptr)
+    return std::nullopt;
+  const Domain domain = call.ok() ? Domain::none : Domain::sdo;
+  return dds::decode_reply(call.data_->request, {domain, call.code()}, call.data_->bytes);
 }
 
 // --- the handle ----------------------------------------------------------------------------------

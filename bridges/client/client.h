@@ -360,10 +360,12 @@ class Line {
   const;
   // node: 0 = all. command: NMT_ of linegate.idl (1 start, 2 stop, 128 pre-operational, ...).
   Call nmt(std::uint8_t node, std::uint8_t command, const CallOptions& options = {}) const;
+  // Any command; commands.h has each with typed parameters and results.
   Call request(Request request, const CallOptions& options = {}) const;
 
  private:
   friend class Client;
+  friend class Commands;
   friend struct Core;
   std::shared_ptr<Core> core_;
   std::string gateway_;

@@ -12,11 +12,14 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "bridges/client/event_following.h"
 #include "bridges/client/link.h"
 #include "bridges/client/model.h"
+#include "stack/line/replies.h"
 
 namespace linegate::client {
 
@@ -95,6 +98,17 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
                 const std::vector<std::string>& names) const;
 
   std::shared_ptr<CallData> start(const Line& line, Request request, const CallOptions& options);
+  // A call that ends at once, as a bad request.
+  std::shared_ptr<CallData> refuse(std::string text);
+  // Its data; nothing before it is done, or if they do not match the request.
+  static std::optional<line::ReplyData> reply_of(const Call& call);
+  // What was requested, if it is of that type.
+  template <class T>
+  static const T* request_of(const Call& call) {
+    const auto* const request =
+        call.data_ ? std::get_if<line::Request>(&call.data_->request) : nullptr;
+    return request == nullptr ? nullptr : std::get_if<T>(request);
+  }
   void finish(const std::shared_ptr<CallData>& call, Outcome outcome, std::uint32_t code,
               std::string text);
   void call_back_later(const std::shared_ptr<CallData>& call);

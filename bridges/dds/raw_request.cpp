@@ -21,4 +21,18 @@ std::string to_request(const RawRequest& from, request::Request& to) {
   return why == nullptr ? "" : why;
 }
 
+RawRequest to_raw(const request::Request& from) {
+  v1::CommandRequest sample;
+  write_members(from, sample);
+  return {.kind = sample.kind(),
+          .node = sample.node(),
+          .index = sample.index(),
+          .sub = sample.sub(),
+          .nmt = sample.nmt(),
+          .code = sample.code(),
+          .error_register = sample.error_register(),
+          .entry = sample.entry(),
+          .data = encode_data(from)};
+}
+
 }  // namespace linegate::dds

@@ -27,5 +27,7 @@ struct RawRequest {
 
 // Returns an empty text, or what is out of range or does not go together.
 std::string to_request(const RawRequest& from, request::Request& to);
+// The reverse.
+RawRequest to_raw(const request::Request& from);
 
 }  // namespace linegate::dds

@@ -17,7 +17,7 @@ from installed_client import EXAMPLES, Installed, output
 
 BUILD = ""
 LINES = {"hold.cpp": 40, "hold.c": 50, "hold.py": 25}  # of the examples, at most
-CLASSES = "Call|Client|EventReader|Group|Line|Snapshot|Value"
+CLASSES = "Answer<.*>|Call|Client|Commands|EventReader|Group|Line|Snapshot|Value"
 STRUCTS = ("Options", "Value", "Image", "Event", "Request", "Result")
 ENUMS = {"LineStatus": ("LINEGATE_STATUS_", ""), "GroupState": ("LINEGATE_GROUP_", ""),
          "Quality": ("LINEGATE_", "linegate_quality"), "Outcome": ("LINEGATE_", "linegate_outcome")}

@@ -41,10 +41,31 @@ def without_a_loop(linegate):
         expect("SDO in several attempts", press.sdo_read(8, 0x1017, attempts=3).result(), (500).to_bytes(2, "little"))
         numbers(linegate, client, press)
         calls(linegate, client, press)
+        typed(linegate, press)
         outputs(linegate, client, press)
     for function in (client.poll, press.inputs, lambda: press.read(POSITION), lambda: press.sdo_read(8, 0x1018)):
         expect("closed", raised(linegate.Error, function).code, -8)
     client.close()
+
+
+def typed(linegate, press):
+    """Commands with typed results, to a gateway with two devices and without a journal."""
+    line = linegate.commands.Commands(press)
+    expect("booted", [(one.node, one.letter) for one in line.boot(8).result()], [(8, "")])
+    expect("scanned", [one.node for one in line.scan().result()], [7, 8])
+    identity = {(one.index, one.sub): one.value for one in line.scan(8).result()[0].values}
+    expect("its vendor", identity[0x1018, 1], (19527).to_bytes(4, "little"))
+    expect("compared", [one.node for one in line.compare().result()], [7, 8])
+    expect("by SDO", line.write_object(8, 0x1017, 0, (500).to_bytes(2, "little")).result().way, "sdo")
+    listed = line.list_objects(0x1000, 0x1018).result()
+    expect("own objects", (listed[0].index, listed[0].type), (0x1000, 7))
+    expect("one of them", line.read_own(0x1000, 0).result(), listed[0].value)
+    expect("connections", line.connections().result(), [])
+    expect("versions", "linegate" in line.versions().result(), True)
+    expect("an LSS service", line.lss_inquire_node_id().result().outcome in (0, 1), True)
+    error = raised(linegate.CallError, line.read_journal(line="press", severity=1, most=5).result)
+    expect("without a journal", str(error), "not possible in the present state")
+    expect("a node that is none", raised(linegate.CallError, line.boot(200).result).outcome, linegate.Outcome.REFUSED)
 
 
 def numbers(linegate, client, press):

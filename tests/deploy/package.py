@@ -53,13 +53,14 @@ CLIENT = {
         {"usr/lib/liblinegate-client.so.1", "usr/lib/liblinegate-client.so.0.1.0"},
         {"libc6", "libfastrtps2.9", "libfastcdr1", "libpugixml1v5", "libssl3"}),
     "liblinegate-client-dev": (
-        {"usr/include/linegate/client.h", "usr/include/linegate/linegate.h", "usr/lib/liblinegate-client.so",
-         "usr/lib/pkgconfig/linegate-client.pc",
+        {"usr/include/linegate/client.h", "usr/include/linegate/commands.h", "usr/include/linegate/linegate.h",
+         "usr/lib/liblinegate-client.so", "usr/lib/pkgconfig/linegate-client.pc",
          *(f"usr/lib/cmake/linegate/linegate-{name}.cmake" for name in (
              "config", "config-version", "client-targets", "client-targets-relwithdebinfo"))},
         {"liblinegate-client1 (= 0.1.0)"}),
     "python3-linegate": (
-        {f"usr/lib/python3/dist-packages/linegate/{name}" for name in ("__init__.py", "_library.py", "py.typed")},
+        {f"usr/lib/python3/dist-packages/linegate/{name}" for name in (
+            "__init__.py", "_library.py", "commands.py", "py.typed")},
         {"liblinegate-client1 (= 0.1.0)", "python3"}),
 }
 CONTROL = {"conffiles", "control", "md5sums", "postinst", "prerm", "postrm"}

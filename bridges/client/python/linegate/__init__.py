@@ -31,7 +31,7 @@ from urllib.parse import quote
 from . import _library as c
 
 __all__ = ["Call", "CallError", "Client", "Error", "Event", "EventReader", "Group", "GroupError", "GroupState", "Line",
-           "LineChange", "LineStatus", "NotReady", "Outcome", "Quality", "Snapshot", "Subscription", "Value", "version"]
+           "LineChange", "LineStatus", "NotReady", "Outcome", "Quality", "Snapshot", "Subscription", "Value", "commands", "version"]
 
 Data = Union[None, bool, int, float, str, bytes]
 Output = Union[bool, int, float, str, bytes, bytearray, memoryview]
@@ -836,3 +836,6 @@ class Client:
     def _free(self) -> None:
         while self._unused:
             _lib.linegate_free(self._handle, self._unused.popleft())
+
+
+from . import commands  # noqa: E402  pylint: disable=wrong-import-position
