@@ -391,6 +391,9 @@ struct Options {
   // Receive process images by multicast from gateways with `dds: {fan_out: multicast}`; from others
   // by unicast. Only without an identity.
   bool multicast = false;
+  // Receive these lines alone, each "GATEWAY/LINE", of gateways with `dds: {partitions: true}`;
+  // nothing is received of other gateways. None: all lines. Only without an identity.
+  std::vector<std::string> lines{};
 };
 
 class Client {

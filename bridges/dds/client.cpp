@@ -129,6 +129,7 @@ struct Client::Impl {
   const bool sends_commands;
   const bool sends_outputs;
   const bool of_gateway;
+  const std::set<std::string> only;
   const std::uint32_t output_strength;
   WriterWatch line_writers{waiting};  // outlives the reader it listens to
   Endpoints endpoints;
@@ -183,10 +184,13 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
       sends_commands(options.commands),
       sends_outputs(options.outputs),
       of_gateway(options.of_gateway),
+      only(options.only.begin(), options.only.end()),
       output_strength(options.output_strength),
       endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics,
                 options.guard, 0, options.security, options.record, options.network),
       tracker(options.retry) {
+  if (!options.only.empty())
+    endpoints.read_in(options.only);
   if (options.complete_events && options.events && options.commands)
     follower.emplace(options.events_from_oldest);
   // Ids are never reused, not even by the next client of the same name.
@@ -274,6 +278,13 @@ void Client::Impl::subscribe_to_replies() {
     waiting.watch(replies);
 }
 
+bool is_line_name(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  return slash != 0 && slash != std::string_view::npos && slash + 1 < text.size() &&
+         text.find_first_of("/*?[", slash + 1) == std::string_view::npos &&
+         text.find_first_of("*?[") == std::string_view::npos;
+}
+
 Loaded<std::unique_ptr<Client>> Client::make(const ClientOptions& options) {
   Loaded<std::unique_ptr<Client>> result;
   auto impl = std::make_unique<Impl>(options, result.diagnostics);
@@ -291,8 +302,15 @@ const std::string& Client::name() const {
   return impl_->name;
 }
 
+// Nothing is received of a gateway without a line that is wanted.
 Peers Client::peers() const {
-  return impl_->endpoints.peers();
+  Peers out = impl_->endpoints.peers();
+  const std::set<std::string>& only = impl_->only;
+  std::erase_if(out.gateways, [&only](const std::string& gateway) {
+    const auto line = only.lower_bound(gateway + "/");
+    return !only.empty() && (line == only.end() || !line->starts_with(gateway + "/"));
+  });
+  return out;
 }
 
 std::vector<ObservedEndpoint> Client::own_readers() const {
@@ -401,6 +419,9 @@ void Client::Impl::drain_states(ClientListener& listener) {
     }
     GatewayInfo gateway;
     from_wire(sample, kUtc, gateway);
+    std::erase_if(gateway.lines, [&](const GatewayInfo::Line& line) {
+      return !only.empty() && !only.contains(sample.gateway().to_string() + "/" + line.name);
+    });
     if (follower) {
       follower->receive_gateway(sample.gateway().to_string(), sample.incarnation(),
                                 gateway.event_stream, gateway.events, steady_now());
@@ -419,6 +440,8 @@ void Client::Impl::drain_states(ClientListener& listener) {
     line::LineState state;
     from_wire(sample, line, state);
     from_wire(sample.properties(), properties);
+    if (!only.empty())  // the number of lines of the gateway, which are not all received
+      std::erase_if(properties, [](const Property& one) { return one.name == "lines"; });
     if (follower) {
       follower->receive_line(sample.gateway().to_string(), sample.line().to_string(),
                              state.counters.events, steady_now());

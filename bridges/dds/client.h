@@ -92,13 +92,19 @@ class ClientListener {
   virtual void on_reply(const Target&, const CommandResult&) {}
 };
 
+// Whether it is "GATEWAY/LINE", without wildcards of partitions.
+bool is_line_name(std::string_view text);
+
 struct ClientOptions {
   std::string name;  // unique in the domain, up to 64 bytes; empty: host, process ID and a number
   std::uint32_t domain = 0;
   std::string profile_file;  // see GatewayOptions
   NetworkChoice network{};   // beside the profile
   bool guard = true;         // check received datagrams (bridges/dds/guard)
-  bool gateways = true;      // which topics to subscribe to
+  // Receive these lines alone, "GATEWAY/LINE", of gateways with GatewayOptions::partitions, and
+  // nothing of others. Empty: all. Only without DDS-Security.
+  std::vector<std::string> only{};
+  bool gateways = true;  // which topics to subscribe to
   bool lines = true;
   bool nodes = true;
   bool output_states = true;

@@ -320,6 +320,17 @@ void Endpoints::join(const std::string& partition) {
     fail("the partition " + partition + " cannot be used");
 }
 
+void Endpoints::read_in(const std::vector<std::string>& partitions) {
+  if (!ok_)
+    return;
+  fast::SubscriberQos subscriber = subscriber_->get_qos();
+  subscriber.partition().clear();
+  for (const std::string& partition : partitions)
+    subscriber.partition().push_back(partition.c_str());
+  if (subscriber_->set_qos(subscriber) != ReturnCode_t::RETCODE_OK)
+    fail("the partitions of the lines cannot be used");
+}
+
 fast::Publisher* Endpoints::publisher_in(const std::string& partition, bool and_default) {
   if (!ok_)
     return nullptr;

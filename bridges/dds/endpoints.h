@@ -56,6 +56,9 @@ class Endpoints {
   // wildcards. Call it before the first of them.
   void join(const std::string& partition);
 
+  // From now on reader() uses these partitions alone. Call it before the first of them.
+  void read_in(const std::vector<std::string>& partitions);
+
   // Afterwards nullptr alone reports a failure, and the diagnostics may be destroyed. No more
   // topics are created, and any thread may create writers and readers.
   void seal() { diagnostics_ = nullptr; }

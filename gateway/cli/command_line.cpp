@@ -49,6 +49,10 @@ CommandLine::CommandLine() {
       ->expected(1);
   app_.add_flag("--multicast", common_.multicast,
                 "receive process images by multicast from gateways with dds: {fan_out: multicast}");
+  app_.add_option("--only", common_.only,
+                  "receive this line alone, GATEWAY/LINE, of a gateway with dds: {partitions: "
+                  "true}; may be repeated")
+      ->expected(1);
   app_.add_option("--wait", common_.wait, "seconds to wait for a gateway")
       ->check(seconds_from_zero());
   app_.add_option("--timeout", common_.timeout, "seconds to wait for an answer")
@@ -94,6 +98,7 @@ int CommandLine::with_client(const Topics& topics, const ClientAction& action) c
                                   .peers = common_.peers,
                                   .servers = common_.servers,
                                   .multicast = common_.multicast,
+                                  .only = common_.only,
                                   .images = topics.images,
                                   .layouts = topics.layouts,
                                   .events = topics.events,

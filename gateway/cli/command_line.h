@@ -23,6 +23,7 @@ struct CommonOptions {
   std::vector<std::string> peers;       // hosts that multicast does not reach
   std::vector<std::string> servers;     // discovery servers, instead of multicast and peers
   bool multicast = false;               // receive images by multicast
+  std::vector<std::string> only;        // lines to receive; none = all
   double wait = 5;                      // time limit for the discovery of a gateway, in seconds
   double timeout = 5;                   // time limit for an answer, in seconds
   bool json = false;

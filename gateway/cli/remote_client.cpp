@@ -163,6 +163,16 @@ Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOp
     if (has_errors(out.diagnostics))
       return out;
   }
+  for (const std::string& line : options.only) {
+    if (!dds::is_line_name(line))
+      out.diagnostics.push_back({Severity::error, "--only", 0, 0, line + " is not GATEWAY/LINE"});
+  }
+  if (!options.only.empty() && client.security.enabled())
+    out.diagnostics.push_back(
+        {Severity::error, "--only", 0, 0, "is for gateways without DDS-Security"});
+  if (has_errors(out.diagnostics))
+    return out;
+  client.only = options.only;
   client.domain = options.domain;
   client.profile_file = options.profile;
   client.network = {.interfaces = options.interfaces,

@@ -20,6 +20,7 @@ struct RemoteClientOptions {
   std::vector<std::string> peers;       // hosts that multicast does not reach
   std::vector<std::string> servers;     // discovery servers, instead of multicast and peers
   bool multicast = false;               // receive images by multicast
+  std::vector<std::string> only;        // lines, "GATEWAY/LINE"; none = all
   // The topics to subscribe to besides the states of gateways, lines and nodes.
   bool images = false;  // and states of outputs
   bool layouts = false;

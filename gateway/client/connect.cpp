@@ -68,7 +68,12 @@ std::shared_ptr<Core> connect(const Options& options) {
     return make_core(nullptr, "domain is above 232");
   if (options.name.size() > kMaxName)
     return make_core(nullptr, "name is longer than 64 bytes");
+  for (const std::string& line : options.lines) {
+    if (!dds::is_line_name(line))
+      return make_core(nullptr, "\"" + line + "\" is not GATEWAY/LINE");
+  }
   dds::ClientOptions client;
+  client.only = options.lines;
   client.name = options.name;
   client.domain = options.domain;
   client.profile_file = options.profile;
@@ -85,6 +90,8 @@ std::shared_ptr<Core> connect(const Options& options) {
     const auto found = gateway::use_identity(identity, !options.read_only, client.security);
     if (has_errors(found) || !client.security.enabled())
       return make_core(nullptr, text_of(found));
+    if (!options.lines.empty())
+      return make_core(nullptr, "with an identity the option lines has no effect: remove it");
   }
   auto made = dds::Client::make(client);
   if (!made.value)

@@ -200,6 +200,58 @@ TEST_F(Partitions, RequestsAreReceivedInThePartitionOfALineAndInTheDefaultOne) {
   EXPECT_EQ(handler.clients, (Names{"default", "plant/press"}));
 }
 
+// What a client receives: lines of LineState, of images, and those that GatewayState names.
+struct ReceivedLines : dds::ClientListener {
+  void on_gateway(const dds::Source&, const dds::GatewayInfo& info) override {
+    for (const dds::GatewayInfo::Line& line : info.lines)
+      of_gateway.insert(line.name);
+    ++gateways;
+  }
+  void on_line(const dds::Source& source, const dds::LineInfo&, const line::LineState&,
+               const std::vector<dds::Property>&) override {
+    lines.insert(source.line);
+  }
+  void on_image(const dds::Source& source, const image::Snapshot&) override {
+    images.insert(source.line);
+  }
+  void on_reply(const dds::Target&, const dds::CommandResult& result) override {
+    answered = answered || result.reply.ok();
+  }
+  Names of_gateway;
+  Names lines;
+  Names images;
+  int gateways = 0;
+  bool answered = false;
+};
+
+TEST_F(Partitions, AClientReceivesTheLinesThatItNamesAlone) {
+  ASSERT_NO_FATAL_FAILURE(start(true));
+  dds::ClientOptions options = client_options();
+  options.commands = true;
+  options.only = {"plant/press", "other/hall"};
+  const auto client = make_client(options);
+  ASSERT_NE(client, nullptr);
+  ReceivedLines received;
+  client->send({"plant", "press", 0}, {.request = line::SdoRead{.node = 5}},
+               std::chrono::minutes(1));
+  EXPECT_TRUE(eventually([&] {
+    publish();
+    client->poll(std::chrono::milliseconds(2), received);
+    return round > 100 && received.answered && received.images.size() == 1 && received.gateways > 1;
+  }));
+  EXPECT_EQ(received.lines, Names{"press"});
+  EXPECT_EQ(received.images, Names{"press"});
+  EXPECT_FALSE(received.of_gateway.contains("hall"));
+  EXPECT_EQ(client->peers().gateways, std::vector<std::string>{"plant"});
+}
+
+TEST(LinesOfClients, AreNamedWithTheirGatewayAndWithoutWildcards) {
+  EXPECT_TRUE(dds::is_line_name("plant/press"));
+  for (const char* text : {"", "press", "/press", "plant/", "plant/press/more", "*/press",
+                           "plant/pr?ss", "plant/[p]ress"})
+    EXPECT_FALSE(dds::is_line_name(text)) << text;
+}
+
 TEST_F(Partitions, WithoutThemEverythingIsInTheDefaultPartition) {
   ASSERT_NO_FATAL_FAILURE(start(false));
   dds::Endpoints endpoints("reader", domain(), LOOPBACK_PROFILES, diagnostics);
