@@ -162,8 +162,13 @@ void check_fd(const LineConfig& config, std::vector<Diagnostic>& out) {
   if (!config.canopen_fd) {
     return;
   }
-  if (config.routing.interface != 0) {
-    out.push_back(error(config, "a line of CANopen FD takes no part in SDO routing"));
+  const auto has_gateway = [&](const routing::Route& route) {
+    return config.routing.interface != 0 && route.interface == config.routing.interface &&
+           route.gateway != 0;
+  };
+  if (std::ranges::any_of(config.routing.routes, has_gateway)) {
+    out.push_back(
+        error(config, "remote USDO is not defined: a line of CANopen FD reaches no next gateway"));
   }
   const bool has_slaves = std::ranges::any_of(config.devices, &DeviceConfig::lss);
   if (config.lss.assign || has_slaves) {

@@ -217,7 +217,9 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
     device.objects.push_back(flying_master_timing(config));
   }
   if (config.routing.interface != 0) {
-    for (unsigned number = 1; number <= config.routing.additional_servers; ++number) {
+    // USDO has no records of servers.
+    const unsigned servers = config.canopen_fd ? 0 : config.routing.additional_servers;
+    for (unsigned number = 1; number <= servers; ++number) {
       device.objects.push_back(another_sdo_server(number));
     }
     add_routing_tables(config.routing, device.objects);

@@ -40,6 +40,12 @@ Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbit
       emcys_(config.routing, config.network_id, node.dictionary(), node.emcy(), post_, events,
              counters) {
   exit_.set_write_rule(rule);
+  if (config.canopen_fd) {
+    usdo_exit_ = std::make_unique<routing::UsdoEgress>(
+        config.routing, routing::UsdoEgress::Line{config.node_id, config.sdo_timeout}, arbiter,
+        post_, events, counters);
+    usdo_exit_->set_write_rule(rule);
+  }
   tables_changed();
   node.set_sdo_network_handler(this);
 }
@@ -54,7 +60,7 @@ void Routing::tables_changed() {
 }
 
 void Routing::deliver(const routing::Message& message, bool usable, Instant now) {
-  exit_.set_usable(usable);
+  set_usable(usable);
   receive_message(message, now);
   hand_on(usable, now);
 }
@@ -64,8 +70,7 @@ void Routing::receive_message(const routing::Message& message, Instant now) {
     case routing::MessageKind::sdo_open:
     case routing::MessageKind::sdo_request:
     case routing::MessageKind::sdo_close:
-      message.to == config_.routing.interface ? exit_.deliver(message, now)
-                                              : gateways_.deliver(message, now);
+      enter(message, now);
       return;
     case routing::MessageKind::emcy:
       emcys_.deliver(message, now);
@@ -73,6 +78,23 @@ void Routing::receive_message(const routing::Message& message, Instant now) {
     default:
       ingress_.deliver(message, now);
       return;
+  }
+}
+
+void Routing::enter(const routing::Message& message, Instant now) {
+  if (message.to != config_.routing.interface) {
+    gateways_.deliver(message, now);
+  } else if (usdo_exit_ != nullptr && usdo_exit_->takes(message)) {
+    usdo_exit_->deliver(message, now);
+  } else {
+    exit_.deliver(message, now);
+  }
+}
+
+void Routing::set_usable(bool usable) {
+  exit_.set_usable(usable);
+  if (usdo_exit_ != nullptr) {
+    usdo_exit_->set_usable(usable);
   }
 }
 
@@ -88,7 +110,7 @@ void Routing::cancel(const sdo::TransferOwner& owner, std::uint64_t number, bool
 }
 
 void Routing::hand_on(bool usable, Instant now) {
-  exit_.set_usable(usable);
+  set_usable(usable);
   routing::Message message;
   do {
     while (post_.take(message)) {
@@ -100,6 +122,9 @@ void Routing::hand_on(bool usable, Instant now) {
 // First what restarts time-outs.
 void Routing::advance(bool usable, Instant now) {
   gateways_.advance(now);
+  if (usdo_exit_ != nullptr) {
+    usdo_exit_->advance(now);
+  }
   hand_on(usable, now);
   ingress_.advance(now);
   exit_.advance(now);
@@ -108,8 +133,9 @@ void Routing::advance(bool usable, Instant now) {
 }
 
 Instant Routing::next_wake() const {
-  return earlier(earlier(clients_.next_wake(), gateways_.next_wake()),
-                 earlier(ingress_.next_wake(), exit_.next_wake()));
+  const Instant usdo = usdo_exit_ != nullptr ? usdo_exit_->next_wake() : kNever;
+  return earlier(usdo, earlier(earlier(clients_.next_wake(), gateways_.next_wake()),
+                               earlier(ingress_.next_wake(), exit_.next_wake())));
 }
 
 void Routing::answer_gateway_request(routing::GatewayAnswer answer, bool usable, Instant now) {
@@ -117,9 +143,13 @@ void Routing::answer_gateway_request(routing::GatewayAnswer answer, bool usable,
   hand_on(usable, now);
 }
 
-// First what other gateways may have carried out: the clients receive that, instead of a refusal.
+// First what other gateways and devices of CANopen FD may have carried out: the clients receive
+// that, instead of a refusal.
 void Routing::stop(Instant now) {
   gateways_.stop(now);
+  if (usdo_exit_ != nullptr) {
+    usdo_exit_->stop(now);
+  }
   hand_on(false, now);
   ingress_.stop(now);
   exit_.stop(now);

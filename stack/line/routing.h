@@ -15,6 +15,7 @@
 #include "stack/routing/sdo_egress.h"
 #include "stack/routing/sdo_ingress.h"
 #include "stack/routing/table.h"
+#include "stack/routing/usdo_egress.h"
 #include "stack/sdo/arbiter.h"
 #include "stack/sdo/server.h"
 
@@ -68,6 +69,8 @@ class Routing final : sdo::NetworkHandler {
   void diverted_request(sdo::Server& server, std::uint64_t request, Instant now) override;
   void diverted_reset(sdo::Server& server) override;
   void receive_message(const routing::Message& message, Instant now);
+  void enter(const routing::Message& message, Instant now);
+  void set_usable(bool usable);
 
   node::Node& node_;
   const LineConfig& config_;
@@ -75,6 +78,7 @@ class Routing final : sdo::NetworkHandler {
   routing::TableObject table_;
   routing::SdoIngress ingress_;
   routing::SdoEgress exit_;
+  std::unique_ptr<routing::UsdoEgress> usdo_exit_;  // of a line of CANopen FD, to its devices
   routing::GatewayEgress gateways_;
   routing::RemoteClient clients_;
   routing::EmcyRouter emcys_;

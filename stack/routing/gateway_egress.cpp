@@ -6,64 +6,33 @@
 
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
-#include "stack/od/dictionary.h"
-#include "stack/od/hook.h"
-#include "stack/routing/sdo_phase.h"
-#include "stack/sdo/protocol.h"
-#include "stack/sdo/server.h"
+#include "stack/routing/access.h"
 
 namespace linegate::routing {
 namespace {
 
-constexpr std::uint32_t kFramesOfServer = 48;  // more than it sends at once
 // The time-outs of the client are restarted so often while it waits.
 constexpr int kRestartsInTimeout = 4;
 constexpr Duration kLeastRestart = std::chrono::milliseconds(1);
 constexpr Duration kMostRestart = std::chrono::milliseconds(50);
 
-// The object of a transfer: its value is that of the device behind the other gateway.
-od::ObjectDescription object_at(od::Address address) {
-  od::ObjectDescription out;
-  out.index = address.index;
-  out.type = od::ObjectType::domain;
-  out.variables = {od::number_variable(address.sub, "Value", od::DataType::domain, od::Access::rw)};
-  return out;
-}
-
-sdo::ServerOptions options_of(Duration frame_timeout) {
-  // The request has a deadline of its own.
-  return {.timeout = frame_timeout,
-          .stall = frame_timeout / 5,
-          .answer_timeout = std::chrono::hours(1),
-          .max_transfer = GatewayEgress::kLongest};
-}
-
 }  // namespace
 
-struct GatewayEgress::Passage final : od::Hook {
+struct GatewayEgress::Passage final : ValueServer::Target {
   enum class State : std::uint8_t { free, open };
 
   Passage(GatewayEgress& egress, EventLog& events, Duration frame_timeout)
-      : owner(egress),
-        server(dictionary, can::CobId{0}, can::CobId{0}, events, options_of(frame_timeout)) {}
+      : owner(egress), server(*this, events, frame_timeout) {}
 
-  AbortCode before_read(od::Address address, const od::Variable& /*variable*/) override {
-    owner.ask(*this, address, false, {});
-    return od::kLater;
-  }
   // The command of the other gateway has at least one byte.
-  AbortCode check_write(od::Address address, std::span<const std::byte> value) override {
-    if (value.empty()) {
+  AbortCode ask(od::Address address, bool writes, std::span<const std::byte> value) override {
+    if (writes && value.empty()) {
       return AbortCode::length_too_low;
     }
-    owner.ask(*this, address, true, {value.begin(), value.end()});
-    return od::kLater;
+    owner.ask(*this, address, writes, {value.begin(), value.end()});
+    return AbortCode::none;
   }
-  void put_off(od::Address /*address*/, od::Ticket waiting) override { ticket = waiting; }
-  void cancelled(od::Ticket /*waiting*/) override {
-    ticket = 0;
-    owner.withdraw(*this);
-  }
+  void withdrawn() override { owner.withdraw(*this); }
 
   GatewayEgress& owner;
   State state = State::free;
@@ -76,12 +45,7 @@ struct GatewayEgress::Passage final : od::Hook {
   std::uint32_t connection = 0;
   std::uint32_t client = 0;
   std::shared_ptr<const GatewayWay> way;
-  SdoPhase phase;
-  od::Dictionary dictionary;  // has the object of the transfer alone
-  std::uint16_t index = 0;    // of that object; 0 = there is none
-  sdo::Server server;
-  can::TransmitQueue queue{kFramesOfServer};
-  od::Ticket ticket = 0;  // of the access that waits for the answer
+  ValueServer server;
   // The request under way; 0 = none
   std::uint64_t number = 0;
   od::Address asked;
@@ -148,7 +112,7 @@ AbortCode GatewayEgress::refusal_of(const Message& message, const GatewayWay* wa
   if (std::ranges::find(present_, way->addressed()) == present_.end()) {
     return AbortCode::timeout;
   }
-  const std::uint32_t client = message.of_process ? load_le<std::uint32_t>(message.data.data()) : 0;
+  const std::uint32_t client = client_of(message);
   std::size_t open = 0;
   std::size_t of_client = 0;
   for (const auto& each : passages_) {
@@ -196,70 +160,39 @@ GatewayEgress::Passage& GatewayEgress::make(const Message& open) {
   made.network = open.network;
   made.source = open.source;
   made.connection = open.connection;
-  made.client = open.of_process ? load_le<std::uint32_t>(open.data.data()) : 0;
+  made.client = client_of(open);
   return made;
 }
 
 // --- frames -------------------------------------------------------------------------------------
 
 void GatewayEgress::request(Passage& passage, std::uint64_t word, Instant now) {
-  const bool begins = passage.phase.begins(word);
-  const AbortCode why = begins ? prepare(passage, word) : AbortCode::none;
-  const SdoPhase::End end = passage.phase.request(word);
+  const SdoPhase::End end = passage.server.request(word, now);
   if (passage.number == 0) {
     passage.deadline = now + frame_timeout();
   }
-  if (why != AbortCode::none) {
-    respond(passage, sdo::abort_word(sdo::multiplexer(word), why), now);
-    return;
-  }
-  can::Frame frame;
-  frame.length = sdo::kFrameSize;
-  frame.time = now;
-  store_le(frame.data.data(), word);
-  passage.server.receive(frame, passage.queue);
   pump(passage, now);
   if (end != SdoPhase::End::none && passage.state == Passage::State::open) {
     release(passage);
   }
 }
 
-// The dictionary gets the object of the transfer that begins.
-AbortCode GatewayEgress::prepare(Passage& passage, std::uint64_t word) {
-  const od::Address address = sdo::multiplexer(word);
-  passage.server.reset();  // a transfer that was not finished
-  passage.queue.clear();
-  if (passage.index != 0) {
-    LINEGATE_ASSERT(passage.dictionary.remove(passage.index).ok(), "it was added");
-    passage.index = 0;
-  }
-  if (address.index == 0) {
-    return AbortCode::no_object;
-  }
-  if (!passage.dictionary.add(object_at(address)).ok()) {
-    return AbortCode::no_sub_index;  // FFh, the structure of an object
-  }
-  passage.index = address.index;
-  LINEGATE_ASSERT(passage.dictionary.set_hook(passage.index, &passage).ok(), "it was added");
-  return AbortCode::none;
-}
-
 void GatewayEgress::pump(Passage& passage, Instant now) {
-  can::Frame frame;
-  while (passage.state == Passage::State::open && passage.queue.pop(frame)) {
-    respond(passage, sdo::word_of(frame), now);
-  }
-  if (passage.state == Passage::State::open) {
-    wake_ = earlier(wake_, wake_of(passage));
+  while (passage.state == Passage::State::open) {
+    const auto answer = passage.server.pop();
+    if (!answer) {
+      wake_ = earlier(wake_, wake_of(passage));
+      return;
+    }
+    respond(passage, *answer, now);
   }
 }
 
-void GatewayEgress::respond(Passage& passage, std::uint64_t word, Instant now) {
-  const SdoPhase::End end = passage.phase.response(word);
+void GatewayEgress::respond(Passage& passage, ValueServer::Answer answer, Instant now) {
   if (!post_.send_from(passage.interface, to_connection(MessageKind::sdo_response, passage.to,
-                                                        passage.connection, word))) {
+                                                        passage.connection, answer.word))) {
     break_down(passage, AbortCode::out_of_memory, now);
-  } else if (end != SdoPhase::End::none) {
+  } else if (answer.end != SdoPhase::End::none) {
     release(passage);
   }
 }
@@ -321,29 +254,19 @@ void GatewayEgress::answer(GatewayAnswer answer, Instant now) {
     return;
   }
   Passage& passage = *found;
-  AbortCode why = answer.abort == od::kLater ? AbortCode::general : answer.abort;
   if (answer.unknown) {
     report_unknown(passage, now);
-    why = AbortCode::timeout;
-  } else if (why == AbortCode::none && !passage.write) {
-    why = answer.data.size() > kLongest ? AbortCode::out_of_memory : AbortCode::none;
-    if (why == AbortCode::none) {
-      LINEGATE_ASSERT(passage.dictionary.set(passage.asked, answer.data),
-                      "a DOMAIN has any length up to that limit");
-    }
   }
   passage.number = 0;
-  finish(passage, why, now);
+  finish(passage, answer.unknown ? AbortCode::timeout : answer.abort, answer.data, now);
 }
 
 // The access that waits has a result.
-void GatewayEgress::finish(Passage& passage, AbortCode why, Instant now) {
-  LINEGATE_ASSERT(passage.ticket != 0, "an access waits for the answer");
+void GatewayEgress::finish(Passage& passage, AbortCode why, std::span<const std::byte> value,
+                           Instant now) {
   passage.restart_at = kNever;
   passage.deadline = now + frame_timeout();
-  LINEGATE_ASSERT(passage.dictionary.complete(std::exchange(passage.ticket, 0), why),
-                  "the access waits");
-  passage.server.advance(now, passage.queue);
+  passage.server.finish(why, value, now);
   pump(passage, now);
 }
 
@@ -372,7 +295,6 @@ void GatewayEgress::break_down(Passage& passage, AbortCode why, Instant /*now*/)
 void GatewayEgress::release(Passage& passage) {
   passage.server.reset();  // withdraws the request under way
   LINEGATE_ASSERT(passage.number == 0, "no request without a connection");
-  passage.queue.clear();
   passage.state = Passage::State::free;
   passage.way = nullptr;
   passage.deadline = kNever;
@@ -421,7 +343,7 @@ void GatewayEgress::advance(Instant now) {
       keep_waiting(passage, now);
     }
     if (now >= passage.server.next_wake()) {
-      passage.server.advance(now, passage.queue);
+      passage.server.advance(now);
       pump(passage, now);
     }
     if (passage.state == Passage::State::open && now >= passage.deadline) {
@@ -446,7 +368,7 @@ void GatewayEgress::expire(Passage& passage, Instant now) {
     return;
   }
   withdraw(passage);
-  finish(passage, AbortCode::timeout, now);
+  finish(passage, AbortCode::timeout, {}, now);
 }
 
 }  // namespace linegate::routing

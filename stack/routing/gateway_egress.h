@@ -20,12 +20,14 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "stack/base/event_log.h"
 #include "stack/routing/config.h"
 #include "stack/routing/gateway_request.h"
 #include "stack/routing/post.h"
+#include "stack/routing/value_server.h"
 
 namespace linegate::routing {
 
@@ -34,8 +36,7 @@ class GatewayEgress {
   // Connections at a time; further ones are refused with 0504 0005h.
   static constexpr std::size_t kMost = 64;
   static constexpr std::size_t kMostOfOneClient = 32;
-  // Bytes of a value; longer ones are refused with 0504 0005h.
-  static constexpr std::size_t kLongest = std::size_t{128} * 1024;
+  static constexpr std::size_t kLongest = ValueServer::kLongest;  // bytes of a value
 
   // sdo_timeout: LineConfig::sdo_timeout. All references must outlive this object.
   GatewayEgress(const Config& config, Duration sdo_timeout, Post& post, EventLog& events,
@@ -66,14 +67,13 @@ class GatewayEgress {
   AbortCode refusal_of(const Message& message, const GatewayWay* way) const;
   Passage& make(const Message& open);
   void request(Passage& passage, std::uint64_t word, Instant now);
-  AbortCode prepare(Passage& passage, std::uint64_t word);
   void pump(Passage& passage, Instant now);
-  void respond(Passage& passage, std::uint64_t word, Instant now);
+  void respond(Passage& passage, ValueServer::Answer answer, Instant now);
   // A transfer of the passage is to be carried out by the other gateway.
   void ask(Passage& passage, od::Address address, bool write, std::vector<std::byte> data);
   // The request under way needs no answer any more.
   void withdraw(Passage& passage);
-  void finish(Passage& passage, AbortCode why, Instant now);
+  void finish(Passage& passage, AbortCode why, std::span<const std::byte> value, Instant now);
   void report_unknown(const Passage& passage, Instant now);
   void break_down(Passage& passage, AbortCode why, Instant now);
   void release(Passage& passage);

@@ -6,6 +6,7 @@
 
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
+#include "stack/routing/access.h"
 #include "stack/routing/sdo_ingress.h"
 #include "stack/sdo/protocol.h"
 #include "stack/sdo/server.h"
@@ -36,30 +37,6 @@ bool refuses_indication(std::uint64_t word) {
           static_cast<AbortCode>(sdo::long_word(word)) == AbortCode::command_specifier);
 }
 
-struct Permissions {
-  bool read = false;
-  bool write = false;
-};
-
-// A client of this process that acts for a device needs the permission of both.
-Permissions permissions(const Config& config, const Message& open) {
-  const std::uint16_t source = open.source;
-  const bool of_process = open.of_process || source == 0;
-  const Permissions process{!of_process || config.process_reads,
-                            !of_process || config.process_writes};
-  if (source == 0) {
-    return process;
-  }
-  Permissions out;
-  for (const AccessRule& rule : config.access) {
-    if (source >= rule.first && source <= rule.last) {
-      out.read = out.read || (rule.sdo_read && process.read);
-      out.write = out.write || (rule.sdo_write && process.write);
-    }
-  }
-  return out;
-}
-
 }  // namespace
 
 struct SdoEgress::Passage {
@@ -71,8 +48,7 @@ struct SdoEgress::Passage {
   std::uint8_t channel = 0;  // number of the client SDO
   bool to_gateway = false;
   bool own = false;  // the target is the own node
-  bool may_read = false;
-  bool may_write = false;
+  Permissions permitted;
   std::uint16_t source = 0;
   std::uint32_t connection = 0;
   std::uint32_t client = 0;  // whose command it is, see sdo::Pace; 0 = nobody's
@@ -134,7 +110,7 @@ SdoEgress::Passage& SdoEgress::make(const Message& open) {
   made.from = open.from;
   made.connection = open.connection;
   made.source = open.source;
-  made.client = open.of_process ? load_le<std::uint32_t>(open.data.data()) : 0;
+  made.client = client_of(open);
   made.target = {
       .network = open.network, .node = open.node, .hops = static_cast<std::uint8_t>(open.hops + 1)};
   made.to_gateway = open.gateway != 0;
@@ -171,13 +147,9 @@ void SdoEgress::open(const Message& message, Instant now) {
     ++counters_.unexpected;
     return;
   }
-  const auto [may_read, may_write] = permissions(config_, message);
-  if (!may_read && !may_write) {
-    const AbortCode why = AbortCode::local_control;
-    ++counters_.not_permitted;
-    report_refused(events_, RoutedService::sdo, message.source,
-                   {.network = message.network, .node = message.node}, why, now);
-    (void)post_.send(refusal(message, why));
+  const Permissions permitted = permissions(config_, message);
+  if (permitted.none()) {
+    refuse_entry(events_, counters_, post_, message, now);
     return;
   }
   if (!usable_) {
@@ -185,8 +157,7 @@ void SdoEgress::open(const Message& message, Instant now) {
     return;
   }
   Passage& made = make(message);
-  made.may_read = may_read;
-  made.may_write = may_write;
+  made.permitted = permitted;
   made.budget = budget(made, message.hops, now);
   if (const AbortCode why = reserve(made, now); why != AbortCode::none) {
     (void)post_.send(refusal(message, why));
@@ -289,8 +260,7 @@ void SdoEgress::request(Passage& passage, std::uint64_t word, Instant now) {
     return;
   }
   if (const AbortCode why = not_permitted(passage, word, now); why != AbortCode::none) {
-    ++counters_.not_permitted;
-    report_refused(events_, RoutedService::sdo, passage.source, passage.target, why, now);
+    note_not_permitted(events_, counters_, passage.source, passage.target, why, now);
     abort_server(passage, AbortCode::general, now);
     (void)answer(passage, sdo::abort_word(sdo::multiplexer(word), why), now);
     release(passage, why, now);
@@ -308,10 +278,9 @@ AbortCode SdoEgress::not_permitted(const Passage& passage, std::uint64_t word, I
   if (passage.phase.in_sub_block() || !SdoPhase::initiates(word)) {
     return AbortCode::none;
   }
-  if (SdoPhase::writes(word)) {
-    return passage.may_write ? refused_by_rule(passage, word, now) : AbortCode::read_only;
-  }
-  return passage.may_read ? AbortCode::none : AbortCode::write_only;
+  const AbortCode why = passage.permitted.refusal(word);
+  return why == AbortCode::none && SdoPhase::writes(word) ? refused_by_rule(passage, word, now)
+                                                          : why;
 }
 
 AbortCode SdoEgress::refused_by_rule(const Passage& passage, std::uint64_t word,

@@ -147,6 +147,17 @@ void Arbiter::cancel(const TransferOwner& owner, std::uint8_t node, std::uint64_
   }
 }
 
+bool Arbiter::withdraw(TransferOwner& owner, std::uint8_t node, std::uint64_t number) {
+  Request waiting;
+  if (node > can::kMaxNodeId || channels_[node] == nullptr ||
+      !channels_[node]->queue.remove(owner, number, waiting)) {
+    return false;
+  }
+  --owner.open_;
+  count(AbortCode::sdo_connection);
+  return true;
+}
+
 bool Arbiter::may_be_carried_out(const TransferOwner& owner, std::uint8_t node,
                                  std::uint64_t number) const {
   return node <= can::kMaxNodeId && channels_[node] != nullptr &&

@@ -116,6 +116,9 @@ class Arbiter {
   // server in the latter case; there will be a Completion. No effect if the owner has no request
   // with this number at the node.
   void cancel(const TransferOwner& owner, std::uint8_t node, std::uint64_t number);
+  // Removes a request that still waits for its server; there will be no Completion. False, without
+  // an effect, if it is under way, has ended, or does not exist.
+  bool withdraw(TransferOwner& owner, std::uint8_t node, std::uint64_t number);
   // The request with this number is a write that its server may have carried out, because all of it
   // was sent, see Client::may_be_carried_out(). false for a request that waits, or has ended.
   bool may_be_carried_out(const TransferOwner& owner, std::uint8_t node,

@@ -45,6 +45,14 @@ Topology Topology::random(std::size_t networks, std::mt19937_64& chance) {
   return out;
 }
 
+void Topology::make_leaves_fd(std::mt19937_64& chance) {
+  for (std::size_t network = 0; network < networks; ++network) {
+    if (processes_on(network).size() == 1 && (fd.empty() || chance() % 3 != 0)) {
+      fd.insert(network);
+    }
+  }
+}
+
 Topology Topology::ring(std::size_t networks) {
   Topology out;
   out.networks = networks;

@@ -67,7 +67,7 @@ std::vector<std::byte> routed_pattern(std::uint32_t id, std::size_t size) {
 
 // --- a device -----------------------------------------------------------------------------------
 
-RoutedDevice::RoutedDevice(std::size_t network, std::uint8_t id) {
+RoutedDevice::RoutedDevice(std::size_t network, std::uint8_t id, bool fd) {
   od::Dictionary dictionary;
   const auto add = [&](const od::ObjectDescription& description) {
     (void)dictionary.add(description).ok();
@@ -80,8 +80,8 @@ RoutedDevice::RoutedDevice(std::size_t network, std::uint8_t id) {
     add(object(static_cast<std::uint16_t>(kLongRead + i), 0, od::DataType::domain, od::Access::ro,
                long_value(network, id, kLongSizes[i])));
   }
-  node_ = std::make_unique<node::Node>(std::move(dictionary), node::Options{.node_id = id}, events_,
-                                       nullptr);
+  node_ = std::make_unique<node::Node>(std::move(dictionary),
+                                       node::Options{.node_id = id, .fd = fd}, events_, nullptr);
   node_->dictionary().add_hook(kShortWrite, *this).ok();
   node_->dictionary().add_hook(kLongWrite, *this).ok();
 }
@@ -108,7 +108,11 @@ void RoutedDevice::written(od::Address address) {
   }
   const auto id = load_le<std::uint32_t>(value->data());
   const std::vector<std::byte> expected = routed_pattern(id, value->size());
-  std::ranges::equal(*value, expected) ? (void)stored_.insert(id) : (void)++wrong_;
+  if (!std::ranges::equal(*value, expected)) {
+    ++wrong_;
+  } else if (!stored_.insert(id).second) {
+    ++repeated_;
+  }
 }
 
 // --- a foreign client ---------------------------------------------------------------------------
@@ -276,7 +280,8 @@ void RoutedWorld::add_process(std::size_t process) {
     made->client =
         std::make_unique<ForeignClient>(static_cast<std::uint32_t>(kForeignRequest + process),
                                         static_cast<std::uint32_t>(kForeignResponse + process));
-    made->device = std::make_unique<RoutedDevice>(own, node_of(process));
+    made->device =
+        std::make_unique<RoutedDevice>(own, node_of(process), topology_.fd.contains(own));
     made->device->start(now_);
     make_line(*made);
     network.seats.push_back(made.get());
@@ -294,6 +299,7 @@ void RoutedWorld::make_line(Seat& seat) {
   config.sdo_timeout = kSdoTimeout;
   config.role = topology_.processes_on(seat.network).front() == process ? line::Role::manager
                                                                         : line::Role::device;
+  config.canopen_fd = topology_.fd.contains(seat.network);
   config.reset_nodes = false;
   config.routing = routing_of(process);
   config.routing.interface =
@@ -301,8 +307,11 @@ void RoutedWorld::make_line(Seat& seat) {
   for (const std::size_t other : topology_.processes_on(seat.network)) {
     config.routing.gateways.push_back(gateway_node(other));
   }
-  seat.line = *line::Line::make(std::move(config)).value;
+  seat.line = *line::Line::make(config).value;
   seat.line->start(now_);
+  if (config.canopen_fd) {
+    return;  // it has no SDO servers
+  }
   seat.line->dictionary().set({0x1201, 1}, static_cast<std::uint32_t>(kForeignRequest + process));
   seat.line->dictionary().set({0x1201, 2}, static_cast<std::uint32_t>(kForeignResponse + process));
 }

@@ -25,8 +25,13 @@ namespace linegate::plant {
 struct Topology {
   std::size_t networks = 0;
   std::vector<std::vector<std::size_t>> processes;  // the networks of each process
+  // Networks of CANopen FD. Each has a line of one process: remote USDO, which would reach a next
+  // gateway, is not public.
+  std::set<std::size_t> fd{};
 
   static Topology random(std::size_t networks, std::mt19937_64& chance);
+  // About two thirds of the networks with one process, at least one, are of CANopen FD from now on.
+  void make_leaves_fd(std::mt19937_64& chance);
   // Process n connects network n and the next one; the last process connects the last network and
   // the first.
   static Topology ring(std::size_t networks);
@@ -69,7 +74,7 @@ inline constexpr std::size_t kLongSizes[] = {5, 60, 120, 200, 900, 1800};
 // A device that checks the values written to it.
 class RoutedDevice final : od::Hook {
  public:
-  RoutedDevice(std::size_t network, std::uint8_t node);
+  RoutedDevice(std::size_t network, std::uint8_t node, bool fd);
 
   void start(Instant now);
   void kill() { alive_ = false; }
@@ -77,6 +82,7 @@ class RoutedDevice final : od::Hook {
   node::Node& node() { return *node_; }
   bool has_stored(std::uint32_t id) const { return stored_.contains(id); }
   std::uint64_t wrong() const { return wrong_; }
+  std::uint64_t repeated() const { return repeated_; }  // values that were written before
   static std::uint32_t short_value(std::size_t network, std::uint8_t node);
   static std::vector<std::byte> long_value(std::size_t network, std::uint8_t node,
                                            std::size_t size);
@@ -89,6 +95,7 @@ class RoutedDevice final : od::Hook {
   bool alive_ = false;
   std::set<std::uint32_t> stored_;
   std::uint64_t wrong_ = 0;
+  std::uint64_t repeated_ = 0;
 };
 
 // A foreign client on a bus that uses one SDO server of a gateway, and sends the network indication

@@ -30,6 +30,9 @@ struct Tally {
   std::size_t aborted = 0;
   std::size_t died = 0;  // terminated clients, whose transfers have no outcome
   std::size_t wrong = 0;
+  std::size_t repeated = 0;  // written a second time
+  std::size_t to_fd = 0;     // right transfers to a line of CANopen FD, and from one
+  std::size_t from_fd = 0;
   std::size_t blocks = 0;
   std::size_t far = 0;  // over at least three gateways
   std::size_t on_one_node = 0;
@@ -71,6 +74,13 @@ class RoutedRun {
         tally_(tally) {
     choose_hot();
   }
+  // With lines of CANopen FD at the ends of the routes.
+  static RoutedRun with_fd(std::uint64_t seed, std::size_t count, Tally& tally) {
+    std::mt19937_64 chance(seed);
+    Topology topology = Topology::random(5 + seed % 4, chance);
+    topology.make_leaves_fd(chance);
+    return {topology, seed, count, 1, tally};
+  }
   // With redundant gateways, which are terminated at random.
   RoutedRun(const Topology& topology, std::uint64_t seed, std::size_t count, Tally& tally)
       : chance_(seed),
@@ -79,6 +89,16 @@ class RoutedRun {
         left_(count),
         next_id_(1),
         redundant_(true),
+        tally_(tally) {
+    choose_hot();
+  }
+  RoutedRun(const Topology& topology, std::uint64_t seed, std::size_t count, std::uint32_t first_id,
+            Tally& tally)
+      : chance_(seed),
+        topology_(topology),
+        world_(topology_, seed),
+        left_(count),
+        next_id_(first_id),
         tally_(tally) {
     choose_hot();
   }
@@ -131,6 +151,7 @@ class RoutedRun {
           last.write = false;
           last.address = {kShortRead, 1};
           last.expected = short_value(last);
+          last.command = is_fd(from);
           start(last);
           world_.run(world_.now() + milliseconds(50));
           finish_some();
@@ -144,11 +165,13 @@ class RoutedRun {
     tally_.done -= asked;
     for (const auto& [network, process] : targets()) {
       tally_.wrong += world_.device(network, process).wrong();
+      tally_.repeated += world_.device(network, process).repeated();
     }
   }
 
  private:
   std::uint64_t below(std::uint64_t limit) { return chance_() % limit; }
+  bool is_fd(std::size_t network) const { return topology_.fd.contains(network); }
 
   void choose_hot() {
     const std::size_t hot = chance_() % topology_.networks;
@@ -214,7 +237,7 @@ class RoutedRun {
       if (one_node && made.last != hot_.second) {
         continue;
       }
-      made.command = !far && below(2) == 0;
+      made.command = is_fd(made.from) || (!far && below(2) == 0);
       const bool busy = made.command ? false : world_.client(made.from, made.process).busy();
       if (busy || !world_.device(made.to, made.last).alive() || !world_.runs(made.process)) {
         continue;
@@ -363,6 +386,8 @@ class RoutedRun {
                            ? world_.device(transfer.to, transfer.last).has_stored(transfer.id)
                            : outcome.data == transfer.expected;
     ++(right ? tally_.right : tally_.wrong);
+    tally_.to_fd += right && is_fd(transfer.to) ? 1U : 0U;
+    tally_.from_fd += right && is_fd(transfer.from) ? 1U : 0U;
   }
 
   std::mt19937_64 chance_;
@@ -408,6 +433,7 @@ TEST(RoutedPlant, TenThousandTransfersEndRightOrWithAnAbortAndNothingLeaks) {
     std::cout << count << " x " << describe(static_cast<AbortCode>(code)) << '\n';
   }
   EXPECT_EQ(tally.wrong, 0U);
+  EXPECT_EQ(tally.repeated, 0U);
   EXPECT_EQ(tally.done, kTransfers);
   EXPECT_EQ(tally.right + tally.aborted + tally.died, kTransfers);
   EXPECT_GE(tally.right, kTransfers / 2);
@@ -415,6 +441,37 @@ TEST(RoutedPlant, TenThousandTransfersEndRightOrWithAnAbortAndNothingLeaks) {
   EXPECT_GE(tally.far, kTransfers / 4);
   EXPECT_GE(tally.on_one_node, kTransfers / 5);
   EXPECT_GE(tally.kills, 500U);
+}
+
+TEST(RoutedPlant, TransfersFromAndToLinesOfCanopenFdEndRightOrWithAnAbortOnce) {
+  const std::uint64_t seed = seed_of_run();
+  constexpr std::size_t kSystems = 6;
+  constexpr std::size_t kOfEach = 500;
+  Tally tally;
+  for (std::size_t number = 0; number < kSystems; ++number) {
+    SCOPED_TRACE("LINEGATE_PLANT_SEED=" + std::to_string(seed) + ", plant " +
+                 std::to_string(number));
+    RoutedRun run = RoutedRun::with_fd(seed * kSystems + number, kOfEach, tally);
+    run.transfers();
+    if (HasFatalFailure()) {
+      return;
+    }
+    run.check();
+  }
+  std::cout << tally.right << " right (" << tally.to_fd << " to FD, " << tally.from_fd
+            << " from FD), " << tally.aborted << " aborted, " << tally.died << " without a client, "
+            << tally.kills << " killed\n";
+  for (const auto& [code, count] : tally.codes) {
+    std::cout << count << " x " << describe(static_cast<AbortCode>(code)) << '\n';
+  }
+  EXPECT_EQ(tally.wrong, 0U);
+  EXPECT_EQ(tally.repeated, 0U);
+  EXPECT_EQ(tally.done, kSystems * kOfEach);
+  EXPECT_EQ(tally.right + tally.aborted + tally.died, tally.done);
+  EXPECT_GE(tally.right, tally.done / 2);
+  EXPECT_GE(tally.to_fd, tally.done / 10);
+  EXPECT_GE(tally.from_fd, tally.done / 10);
+  EXPECT_GE(tally.kills, 100U);
 }
 
 // Gateways are terminated, some in the middle of a transfer; the routes over them fail, and the

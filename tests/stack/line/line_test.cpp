@@ -523,6 +523,7 @@ TEST(LineMake, WhatCanopenFdDoesNotHaveIsRefused) {
   config.canopen_fd = true;
   config.lss.assign = true;
   config.routing.interface = 1;
+  config.routing.routes = {{.first = 3, .last = 3, .interface = 1, .gateway = 9}};
   config.connection_pool = {.first = 0x6A0, .last = 0x6DF};
   config.mpdo_scanner = {0x01'2100'02};
   config.own_values = {{{0x1F80, 0}, {std::byte{4}, std::byte{0}, std::byte{0}, std::byte{0}}}};
@@ -536,7 +537,7 @@ TEST(LineMake, WhatCanopenFdDoesNotHaveIsRefused) {
   for (const Diagnostic& diagnostic : made.diagnostics) {
     all += to_string(diagnostic) + '\n';
   }
-  EXPECT_THAT(all, HasSubstr("a line of CANopen FD takes no part in SDO routing"));
+  EXPECT_THAT(all, HasSubstr("remote USDO is not defined"));
   EXPECT_THAT(all, HasSubstr("LSS is not defined for CANopen FD"));
   EXPECT_THAT(all, HasSubstr("SDO connections are not defined for CANopen FD"));
   EXPECT_THAT(all, HasSubstr("MPDO is not defined for CANopen FD"));

@@ -243,5 +243,39 @@ TEST_F(EmcyRouting, KeepsTheInhibitTimeOfTheTargetLine) {
   EXPECT_EQ(emcys(2).size(), 15U);
 }
 
+// Line 2 is one of CANopen FD with EMCYs of its own format.
+TEST_F(EmcyRouting, OfADeviceOfCanopenFdIsForwardedAsAClassicalFrame) {
+  config_of(2).canopen_fd = true;
+  config_of(2).emcy_fd = true;
+  of_line(2).emcy_networks[5] = kNetwork1;
+  start();
+  (void)emcys(1);
+  const std::vector<std::uint8_t> frame{0x30, 0x81, 0x11, 0, 0x91, 1, 1, 0,   0, 0,
+                                        0,    0,    0,    0, 1,    2, 3, 0xA, 5, 0};
+  hear_fd(2, 0x085, frame);
+  EXPECT_EQ(emcys(1), std::vector<std::string>{"0FF 3081110200050100"});
+  EXPECT_EQ(counters(2).emcy_forwarded, 1U);
+}
+
+TEST_F(EmcyRouting, ToALineOfCanopenFdIsAClassicalFrame) {
+  config_of(2).canopen_fd = true;
+  config_of(2).emcy_fd = true;
+  start();
+  (void)emcys(2);
+  emcy_of_node_5();
+  EXPECT_EQ(emcys(2), std::vector<std::string>{"0FE 3081110100050100"});
+}
+
+// The forwarded EMCY of another gateway on a line of CANopen FD goes on as that of its source.
+TEST_F(EmcyRouting, OfAGatewayOnALineOfCanopenFdGoesOnAsThatOfItsSource) {
+  config_of(2).canopen_fd = true;
+  of_line(2).gateways = {9};
+  of_line(2).emcy_networks[9] = kNetwork1;
+  start();
+  (void)emcys(1);
+  hear(2, 0x089, {0x30, 0x81, 0x11, 7, 0, 5, 1, 42});
+  EXPECT_EQ(emcys(1), std::vector<std::string>{"0FF 308111070005022A"});
+}
+
 }  // namespace
 }  // namespace linegate::routing

@@ -2,10 +2,12 @@
 // Two lines of one process that route between each other, and functions for their buses.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <initializer_list>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,7 +41,8 @@ class RoutedLines : public testing::Test {
     of_line(2).routes = {{.first = 1, .last = 1, .interface = 1}};
   }
 
-  Config& of_line(unsigned number) { return configs_.at(number - 1).routing; }
+  line::LineConfig& config_of(unsigned number) { return configs_.at(number - 1); }
+  Config& of_line(unsigned number) { return config_of(number).routing; }
   // Networks 3 and 4 are behind node 9 of network 2; line 1 has the routes.
   void with_next_gateway() {
     of_line(1).routes.push_back({.first = 3, .last = 4, .interface = 2, .gateway = 9, .cost = 10});
@@ -63,6 +66,17 @@ class RoutedLines : public testing::Test {
   // Receives a frame from the bus of that line.
   void hear(unsigned number, std::uint32_t id, std::initializer_list<std::uint8_t> data) {
     can::Frame frame = can::make_frame(id, data);
+    frame.time = now_;
+    line(number).receive(std::span(&frame, 1), now_);
+    carry();
+  }
+  // A CAN FD frame with the bit rate switched, padded to the next length.
+  void hear_fd(unsigned number, std::uint32_t id, std::span<const std::uint8_t> data) {
+    can::Frame frame;
+    frame.id = id;
+    frame.flags = can::Frame::kFd | can::Frame::kBitRateSwitch;
+    frame.length = can::fd_length(data.size());
+    std::ranges::transform(data, frame.data.begin(), [](std::uint8_t b) { return std::byte{b}; });
     frame.time = now_;
     line(number).receive(std::span(&frame, 1), now_);
     carry();
