@@ -171,15 +171,8 @@ class RoutingResolver {
   }
 
  private:
-  // A line of CANopen FD has no SDO, which is what is routed.
   static bool routes(const LineSection& line) {
-    return line.plan.config.role == line::Role::manager && !line.plan.config.canopen_fd;
-  }
-
-  void refuse(const LineSection& line, Place place, const std::string& without_fd) {
-    findings_.error(place, line.plan.config.canopen_fd
-                               ? "a line of CANopen FD takes no part in SDO routing"
-                               : without_fd);
+    return line.plan.config.role == line::Role::manager;
   }
 
   // The network-ID, which does not change when other lines are added or removed.
@@ -225,11 +218,8 @@ class RoutingResolver {
                                            to.line + "\", or \"" + to.line + ":NODE\"");
     }
     if (interfaces_.empty() || std::ranges::none_of(lines_, routes)) {
-      const bool any_fd = std::ranges::any_of(
-          lines_, [](const LineSection& line) { return line.plan.config.canopen_fd; });
-      findings_.error(route.via_place, std::string("no line of this gateway is a manager") +
-                                           (any_fd ? " of lines without CANopen FD" : "") +
-                                           ": nothing would use the route");
+      findings_.error(route.via_place,
+                      "no line of this gateway is a manager: nothing would use the route");
     }
     if (!plant_.dds_security.empty() && plant_.dds_routes_security.empty()) {
       findings_.error(route.via_place,
@@ -338,10 +328,15 @@ class RoutingResolver {
       return std::nullopt;
     }
     if (!routes(lines_[*line])) {
-      const bool fd = lines_[*line].plan.config.canopen_fd;
-      findings_.error(section.via_place, "line \"" + section.line + "\" is " +
-                                             (fd ? "one of CANopen FD" : "no manager") +
-                                             ": nothing is routed over it");
+      findings_.error(section.via_place,
+                      "line \"" + section.line + "\" is no manager: nothing is routed over it");
+      return std::nullopt;
+    }
+    if (section.gateway != 0 && lines_[*line].plan.config.canopen_fd) {
+      findings_.error(section.via_place,
+                      "line \"" + section.line +
+                          "\" is one of CANopen FD, which has no network indication: no next "
+                          "gateway is reached over it");
       return std::nullopt;
     }
     return routing::Route{networks->first, networks->second, interface_of(lines_[*line]),
@@ -366,13 +361,14 @@ class RoutingResolver {
     LineSection& line = lines_[i];
     if (!routes(line)) {
       if (!line.enter.empty()) {
-        refuse(line, line.enter_place, "only a manager's line can be entered from other networks");
+        findings_.error(line.enter_place,
+                        "only a manager's line can be entered from other networks");
       }
       if (!line.emcy_to.empty()) {
-        refuse(line, line.emcy_place, "only a manager's line forwards EMCYs to other networks");
+        findings_.error(line.emcy_place, "only a manager's line forwards EMCYs to other networks");
       }
       if (!line.gateways.empty()) {
-        refuse(line, line.gateways_place, "only a manager's line has gateways");
+        findings_.error(line.gateways_place, "only a manager's line has gateways");
       }
       return;
     }

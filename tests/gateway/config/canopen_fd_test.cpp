@@ -110,27 +110,35 @@ TEST(CanopenFd, LongValuesHaveNoDefault) {
 
 constexpr const char* kFdBesideOthers = R"(lines:
   - {name: slow, interface: 'virtual:a', enter: all}
-  - {name: fast, interface: 'virtual:b', canopen_fd: true}
+  - name: fast
+    interface: 'virtual:b'
+    canopen_fd: true
+    enter: {from: all, services: [sdo, emcy]}
+    emcy_to: slow
+    gateways: [7]
 )";
 
-TEST(CanopenFd, ALineDoesNotHinderRoutesOfOthers) {
+TEST(CanopenFd, ALineTakesPartInRouting) {
   const auto loaded = read_fd(std::string("routes: [{to: 9, via: 'slow:5'}]\n") + kFdBesideOthers);
   ASSERT_TRUE(loaded.ok()) << fd_findings(loaded);
-  EXPECT_EQ(loaded.value->lines[0].config.routing.interfaces.size(), 1U);
-  EXPECT_EQ(loaded.value->lines[1].config.routing.interface, 0U);
+  for (const LinePlan& line : loaded.value->lines) {
+    const routing::Config& config = line.config.routing;
+    EXPECT_EQ(config.interfaces.size(), 2U);
+    EXPECT_EQ(config.interface, line.config.network_id);
+    EXPECT_EQ(config.routes.size(), 3U);
+  }
+  const routing::Config& fast = loaded.value->lines[1].config.routing;
+  ASSERT_EQ(fast.access.size(), 1U);
+  EXPECT_TRUE(fast.access[0].sdo_read && fast.access[0].emcy);
+  EXPECT_EQ(fast.emcy_networks[5], 1U);
+  EXPECT_EQ(fast.gateways, std::vector<std::uint8_t>{7});
 }
 
-TEST(CanopenFd, ALineTakesNoPartInRouting) {
+TEST(CanopenFd, NoNextGatewayIsReachedOverALine) {
   EXPECT_THAT(
       fd_findings(read_fd(std::string("routes: [{to: 9, via: 'fast:5'}]\n") + kFdBesideOthers)),
-      HasSubstr("line \"fast\" is one of CANopen FD: nothing is routed over it"));
-  for (const char* const key : {"enter: all", "emcy_to: all", "gateways: [7]"}) {
-    EXPECT_THAT(fd_findings(read_fd(
-                    std::string("lines: [{name: a, interface: 'virtual:a', canopen_fd: true, ") +
-                    key + "}]\n")),
-                HasSubstr("a line of CANopen FD takes no part in SDO routing"))
-        << key;
-  }
+      HasSubstr("line \"fast\" is one of CANopen FD, which has no network indication: no next "
+                "gateway is reached over it"));
 }
 
 std::string with_own_pdos(const std::string& pdos, bool fd = true) {
