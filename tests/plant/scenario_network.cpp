@@ -219,6 +219,10 @@ void Scenario::describe_line(Words& words) {
       plan.config.lss.period = words.duration();
     } else if (key == "lss-store") {
       plan.config.lss.store = true;
+    } else if (key == "canopen-fd") {
+      plan.config.canopen_fd = true;
+    } else if (key == "emcy-fd") {
+      plan.config.emcy_fd = true;
     } else if (key == "slave") {
       plan.config.role = line::Role::device;
       plan.config.own_start = false;
@@ -386,6 +390,8 @@ void Scenario::describe_device(Words& words) {
   DeviceStatement said{.device = {.node_id = words.node()}, .node = {}};
   said.device.profile = words.take();
   said.device.seed = seed_ * 128 + said.device.node_id;
+  said.device.fd = plans_.back().config.canopen_fd;
+  said.device.emcy_fd = plans_.back().config.emcy_fd;
   said.node.id = said.device.node_id;
   said.node.name = said.device.profile + std::to_string(said.device.node_id);
   said.node.heartbeat = std::chrono::milliseconds(100);
