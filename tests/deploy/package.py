@@ -37,6 +37,7 @@ FILES = {
     "usr/share/linegate/idl/linegate.idl",
     "usr/share/linegate/plant.schema.json",
     "usr/share/linegate/plants/below-a-plc.yaml",
+    "usr/share/linegate/plants/demo-fd.yaml",
     "usr/share/linegate/plants/demo.yaml",
     "usr/share/linegate/plants/slave.yaml",
     "usr/share/linegate/plants/vcan.yaml",
@@ -172,7 +173,7 @@ class Package(unittest.TestCase):
     def test_programs_run_as_anybody(self):
         anybody = {"user": "nobody", "cwd": "/"} if os.geteuid() == 0 else {}
         self.assertIn(self.field("Version"), output(self.path("usr/bin/linegated"), "--version", **anybody))
-        for plant in ("demo", "vcan"):
+        for plant in ("demo", "demo-fd", "vcan"):
             output(self.path("usr/bin/linegate"), "check", self.path(f"usr/share/linegate/plants/{plant}.yaml"),
                    **anybody)
 

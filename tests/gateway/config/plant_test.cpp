@@ -1075,7 +1075,8 @@ lines:
 }
 
 TEST(Plant, SamplesAreValid) {
-  for (const char* name : {"below-a-plc.yaml", "demo.yaml", "slave.yaml", "vcan.yaml"}) {
+  for (const char* name :
+       {"below-a-plc.yaml", "demo.yaml", "demo-fd.yaml", "slave.yaml", "vcan.yaml"}) {
     const auto loaded = load(kRoot + "deploy/plants/" + name);
     EXPECT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
     EXPECT_TRUE(loaded.diagnostics.empty()) << testing::PrintToString(messages(loaded));

@@ -94,7 +94,8 @@ class Walker {
 
 TEST(Schema, KnowsEveryKeyOfTheSamplePlants) {
   const YAML::Node schema = load_schema();
-  for (const char* name : {"below-a-plc.yaml", "demo.yaml", "slave.yaml", "vcan.yaml"}) {
+  for (const char* name :
+       {"below-a-plc.yaml", "demo.yaml", "demo-fd.yaml", "slave.yaml", "vcan.yaml"}) {
     Walker walker(schema);
     walker.walk(YAML::LoadFile(kRepository + "deploy/plants/" + name), schema, "");
     EXPECT_EQ(walker.unknown, std::vector<std::string>{}) << name;
