@@ -5,16 +5,13 @@ frames of another origin, and a client of its own that reads and writes by USDO.
 reports that."""
 
 import os
-import re
-import socket
 import struct
-import subprocess
 
-from actors import Actor, Site, check, eventually, play, read, send
+from actors import Actor, Site, check, eventually, play, send
+from canopen_fd_bus import FD_FRAME, FdWitness, fd_frame, fd_socket, make_interface
 
 EDS = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../../bridges/sim/eds/fd-io.eds"))
 NODE = 5
-MTU_FD = "72"
 DEFAULTS = ", ".join(f"'io.6200:{byte:X}': {byte}" for byte in range(1, 64))
 PLANT = """\
 schema: 1
@@ -39,49 +36,24 @@ lines:
 """
 
 
-class FdWitness(Actor):
-    """candump on one interface: frames of CAN FD."""
-
-    LINE = re.compile(r"\([0-9.]+\) \S+ ([0-9A-F]+)##([0-9A-F])([0-9A-F]*)$")
-
-    def __init__(self, interface):
-        super().__init__(f"candump-{interface}", "candump", "-L", interface)
-        eventually(f"a witness on {interface}", lambda: f"{interface} " in read("/proc/net/can/rcvlist_all"))
-
-    def frames(self, identifier):
-        found = []
-        for line in self.text().splitlines():
-            match = self.LINE.match(line)
-            if match and int(match[1], 16) == identifier:
-                found.append((int(match[2], 16), bytes.fromhex(match[3])))
-        return found
-
-
 class UsdoClient:
     """Frames by the table of CiA 1301 as SOFA-CANopenFD publishes it; knows nothing of the code of Linegate."""
-
-    FRAME = struct.Struct("=IBB2x64s")
-    FD_FRAME, BIT_RATE_SWITCH = 0x04, 0x01
 
     def __init__(self, interface, node):
         self.node = node
         self.session = 0
-        self.socket = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
-        self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FD_FRAMES, 1)
-        self.socket.settimeout(60)
-        self.socket.bind((interface,))
+        self.socket = fd_socket(interface)
 
     def exchange(self, server, command, index, sub, more=b""):
         """Returns the answer: command, sub-index, index, rest."""
         self.session += 1
         data = bytes((server, command, self.session, sub)) + struct.pack("<H", index) + more
-        length = next(size for size in (6, 7, 8, 12, 16, 20, 24, 32, 48, 64) if size >= len(data))
-        self.socket.send(self.FRAME.pack(0x600 + self.node, length, self.FD_FRAME | self.BIT_RATE_SWITCH, data))
+        self.socket.send(fd_frame(0x600 + self.node, data))
         while True:
             received = self.socket.recv(72)
             if len(received) != 72:
                 continue
-            identifier, length, _, data = self.FRAME.unpack(received)
+            identifier, length, _, data = FD_FRAME.unpack(received)
             if identifier == 0x580 + server and data[0] == self.node and data[2] == self.session:
                 return data[1], data[3], struct.unpack("<H", data[4:6])[0], data[6:length]
 
@@ -90,11 +62,6 @@ class UsdoClient:
 
     def write(self, server, index, sub, data_type, value):
         return self.exchange(server, 0x01, index, sub, bytes((data_type, len(value))) + value)
-
-
-def make_interface(name):
-    for command in (f"ip link add {name} type vcan", f"ip link set {name} mtu {MTU_FD}", f"ip link set {name} up"):
-        subprocess.run(command.split(), check=True)
 
 
 class Bus(Site):
