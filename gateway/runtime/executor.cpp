@@ -220,10 +220,20 @@ void Executor::let_go(Instant now) {
 }
 
 [[gnu::hot]] void Executor::announce() {
+  exchange::Wakeup* waiting = nullptr;
   for (Place& place : places_) {
-    if (std::exchange(place.served, false)) {
-      place.runner->announce();
+    exchange::Wakeup* const next =
+        std::exchange(place.served, false) ? place.runner->announce() : nullptr;
+    if (next == nullptr || next == waiting) {
+      continue;
     }
+    if (waiting != nullptr) {
+      waiting->signal();
+    }
+    waiting = next;
+  }
+  if (waiting != nullptr) {
+    waiting->signal();
   }
 }
 

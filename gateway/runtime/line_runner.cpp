@@ -258,13 +258,11 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   }
 }
 
-[[gnu::hot]] void LineRunner::announce() {
-  if (std::exchange(handed_over_, false)) {
-    consumer_.signal();
-  }
+[[gnu::hot]] exchange::Wakeup* LineRunner::announce() {
   if (port_.direct != nullptr) {
     port_.direct->announce();
   }
+  return std::exchange(handed_over_, false) ? &consumer_ : nullptr;
 }
 
 [[gnu::hot]] void LineRunner::look_at_sources(Instant now) {

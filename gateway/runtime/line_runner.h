@@ -93,7 +93,7 @@ class LineRunner final : public Runner {
   void nothing_to_read() override { nothing_to_read_ = true; }
   bool has_values() const override;
   void called() override { called_ = true; }
-  void announce() override;
+  exchange::Wakeup* announce() override;
   Instant next_wake() const override {
     return routes_ != nullptr && routes_->arrived() ? Instant{} : next_wake_;
   }

@@ -2,6 +2,7 @@
 // A unit that an executor runs on its thread: a line, or simulated devices, on a channel.
 #pragma once
 
+#include "gateway/exchange/wakeup.h"
 #include "stack/base/time.h"
 
 namespace linegate::gateway {
@@ -27,8 +28,10 @@ class Runner {
   // service(), which need not check the rings of other threads otherwise.
   virtual void called() {}
   // Called after service(), when every runner of the round has had its turn: wakes the threads for
-  // which data was left. Earlier, they would take the processor from runners that wait.
-  virtual void announce() {}
+  // which data was left. Earlier, they would take the processor from runners that wait. Returns the
+  // wake-up of a consumer that other runners may share, or nullptr: the executor signals it once
+  // for all of them. A consumer on the same processor would otherwise run between two signals.
+  virtual exchange::Wakeup* announce() { return nullptr; }
   virtual Instant next_wake() const = 0;
 
   // Begins an orderly stop; service() is called until stopped() returns true.

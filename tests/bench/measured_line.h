@@ -41,7 +41,7 @@ class ClockedRunner final : public gateway::Runner {
   bool has_values() const override { return runner_->has_values(); }
   void called() override { runner_->called(); }
   void service(Instant now) override;
-  void announce() override { runner_->announce(); }
+  exchange::Wakeup* announce() override { return runner_->announce(); }
   Instant next_wake() const override { return runner_->next_wake(); }
   void stop(Instant now) override { runner_->stop(now); }
   bool stopped(Instant now) const override { return runner_->stopped(now); }

@@ -355,6 +355,51 @@ TEST_F(ExecutorTest, AWakeUpForValuesServesOnlyTheRunnersThatHaveSome) {
   close(log[1]);
 }
 
+// Leaves data for a consumer in each round, and records whether the consumer had been woken before.
+class AnnouncingRunner final : public Runner {
+ public:
+  AnnouncingRunner(exchange::Wakeup& consumer, int log) : consumer_(consumer), log_(log) {}
+  int descriptor() const override { return -1; }
+  bool wants_writable() const override { return false; }
+  void service(Instant /*now*/) override {}
+  exchange::Wakeup* announce() override {
+    pollfd p{consumer_.descriptor(), POLLIN, 0};
+    const char woken = poll(&p, 1, 0) == 1 ? 'w' : '-';
+    EXPECT_EQ(write(log_, &woken, 1), 1);
+    return &consumer_;
+  }
+  Instant next_wake() const override { return kNever; }
+  void stop(Instant /*now*/) override {}
+  bool stopped(Instant /*now*/) const override { return true; }
+
+ private:
+  exchange::Wakeup& consumer_;
+  int log_;
+};
+
+TEST_F(ExecutorTest, WakesAConsumerOnceForAllRunnersOfARound) {
+  exchange::Wakeup shared;
+  exchange::Wakeup other;
+  int log[2] = {-1, -1};
+  ASSERT_EQ(pipe(log), 0);
+  {
+    Executor executor({});
+    executor.add(std::make_unique<AnnouncingRunner>(shared, log[1]));
+    executor.add(std::make_unique<AnnouncingRunner>(shared, log[1]));
+    executor.add(std::make_unique<AnnouncingRunner>(other, log[1]));
+    executor.start();
+    for (exchange::Wakeup* consumer : {&shared, &other}) {
+      pollfd p{consumer->descriptor(), POLLIN, 0};
+      EXPECT_EQ(poll(&p, 1, kPatience), 1) << "each consumer is woken";
+    }
+  }
+  std::array<char, 3> woken{};
+  ASSERT_EQ(read(log[0], woken.data(), woken.size()), static_cast<ssize_t>(woken.size()));
+  EXPECT_EQ(std::string(woken.data(), woken.size()), "---") << "before all runners had their turn";
+  close(log[0]);
+  close(log[1]);
+}
+
 TEST_F(ExecutorTest, RunsWithThePriorityOnTheProcessorThatThePlanNames) {
   struct Told {
     int policy = -1;
