@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 
 namespace linegate::can_bridge {
 namespace {
@@ -16,13 +17,18 @@ constexpr Duration kOldest = std::chrono::hours(1);
 // Largest error of sampling two clocks one after the other.
 constexpr Duration kSlack = std::chrono::milliseconds(1);
 
+// Not by std::chrono: its clocks are functions of another library, which calls this one.
+Duration read_clock(clockid_t id) {
+  timespec time{};
+  clock_gettime(id, &time);
+  return std::chrono::seconds(time.tv_sec) + Duration(time.tv_nsec);
+}
+
 }  // namespace
 
 [[gnu::hot]] void ReceiveClock::begin_batch() {
-  using std::chrono::duration_cast;
-  const auto wall = std::chrono::system_clock::now().time_since_epoch();
-  const auto monotonic = std::chrono::steady_clock::now().time_since_epoch();
-  begin_batch(Instant(duration_cast<Duration>(monotonic)), duration_cast<Duration>(wall).count());
+  const Duration wall = read_clock(CLOCK_REALTIME);
+  begin_batch(Instant(read_clock(CLOCK_MONOTONIC)), wall.count());
 }
 
 [[gnu::hot]] void ReceiveClock::begin_batch(Instant monotonic, std::int64_t wall_ns) {
