@@ -45,12 +45,12 @@ ForwardingLines::ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>
   runners[0]->bind({gateway::BoundSource(link_)}, {});
   runners[1]->bind({}, {gateway::BoundTarget(link_)});
   for (std::size_t i = 0; i < 2; ++i) {
-    executors_[thread_of(i)]->add(
-        std::make_unique<ClockedRunner>(std::move(runners[i]), clocks_[thread_of(i)]));
+    executors_[thread_of(i)]->add(std::move(runners[i]));
   }
   publisher_.start();
-  for (const auto& one : executors_) {
-    one->start();
+  for (std::size_t i = 0; i < executors_.size(); ++i) {
+    executors_[i]->start();
+    executors_[i]->visit([this, i] { clocks_[i].begin(); });
   }
 }
 
