@@ -15,7 +15,8 @@ namespace {
 // The time-outs of the client are restarted so often while it waits.
 constexpr int kUsdoRestartsInTimeout = 4;
 constexpr Duration kLeastUsdoRestart = std::chrono::milliseconds(1);
-constexpr Duration kMostUsdoRestart = std::chrono::milliseconds(50);
+constexpr Duration kMostUsdoRestart =
+    std::chrono::milliseconds(5);  // those of its line may be short
 
 }  // namespace
 
@@ -39,7 +40,9 @@ struct UsdoEgress::Passage final : ValueServer::Target {
   std::uint32_t client = 0;  // whose command it is, see sdo::Pace; 0 = nobody's
   Permissions permitted;
   ValueServer server;
-  std::uint64_t number = 0;   // of the request to the arbiter; 0 = none is under way
+  std::uint64_t number = 0;  // of the request to the arbiter; 0 = none is under way
+  od::Address asked;         // its object
+  bool writes = false;
   Instant deadline = kNever;  // for the arbiter to begin the request, or for the next frame
   Instant restart_at = kNever;
 };
@@ -197,6 +200,9 @@ AbortCode UsdoEgress::ask(Passage& passage, od::Address address, bool write,
   if (!usable_) {
     return AbortCode::device_state;
   }
+  if (write ? !passage.permitted.write : !passage.permitted.read) {
+    return write ? AbortCode::read_only : AbortCode::write_only;
+  }
   if (write && rule_ != nullptr) {
     if (const AbortCode why = rule_->may_write(passage.node, address, value, now_);
         why != AbortCode::none) {
@@ -221,16 +227,32 @@ AbortCode UsdoEgress::ask(Passage& passage, od::Address address, bool write,
   }
   passage.number = ++numbers_;
   passage.deadline = now_ + channel_wait(config_, line_.sdo_timeout);
-  passage.restart_at = now_ + restart_period();
+  passage.asked = address;
+  passage.writes = write;
+  passage.restart_at = now_;
   wake_ = earlier(wake_, wake_of(passage));
   return AbortCode::none;
 }
 
 void UsdoEgress::withdraw(Passage& passage) {
   if (passage.number != 0) {
+    report_unknown(passage);
     arbiter_.cancel(*this, passage.node, std::exchange(passage.number, 0));
   }
   passage.restart_at = kNever;
+}
+
+// Nobody will see whether the device has written the value.
+void UsdoEgress::report_unknown(const Passage& passage) {
+  if (passage.writes && arbiter_.may_be_carried_out(*this, passage.node, passage.number)) {
+    events_.emit({.time = now_,
+                  .data = event::RoutingUnanswered{.source = passage.source,
+                                                   .target = passage.network,
+                                                   .index = passage.asked.index,
+                                                   .sub = passage.asked.sub,
+                                                   .target_node = passage.node,
+                                                   .interface = config_.interface}});
+  }
 }
 
 void UsdoEgress::completed(sdo::Completion& completion, Instant now) {

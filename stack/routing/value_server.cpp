@@ -39,7 +39,11 @@ ValueServer::ValueServer(Target& target, EventLog& events, Duration frame_timeou
 }
 
 SdoPhase::End ValueServer::request(std::uint64_t word, Instant now) {
+  if (waits() && word == begun_) {  // the bus doubled the frame: its answer is due
+    return SdoPhase::End::none;
+  }
   if (begins(word)) {
+    begun_ = word;
     if (const AbortCode why = prepare(sdo::multiplexer(word)); why != AbortCode::none) {
       refuse(word, why);
       return SdoPhase::End::none;

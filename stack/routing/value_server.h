@@ -72,6 +72,7 @@ class ValueServer final : od::Hook {
   SdoPhase phase_;
   od::Dictionary dictionary_;  // has the object of the transfer alone
   std::uint16_t index_ = 0;    // of that object; 0 = there is none
+  std::uint64_t begun_ = 0;    // the frame that began the transfer
   sdo::Server server_;
   can::TransmitQueue queue_;
   od::Address asked_;

@@ -61,6 +61,17 @@ class UsdoRouting : public SdoRouting {
     return text;
   }
 
+  // The objects of events routing-unanswered.
+  std::vector<od::Address> unanswered(unsigned number) {
+    constexpr auto kKind = EventKind::routing_unanswered;
+    std::vector<od::Address> out;
+    for (const Event& event : events(number, kKind, kKind)) {
+      const auto& data = std::get<event::RoutingUnanswered>(event.data);
+      out.push_back({data.index, data.sub});
+    }
+    return out;
+  }
+
   std::uint8_t session_ = 0;
 };
 
@@ -246,6 +257,30 @@ TEST_F(UsdoRouting, AnAbortOfTheClientEndsTheTransfer) {
   expect_nothing_left();
 }
 
+// CAN doubles a frame after an error in the last bit of its end.
+TEST_F(UsdoRouting, ADoubledRequestIsCarriedOutOnce) {
+  start();
+  open_and_write();
+  client({0x2B, 0, 0x20, 1, 0x34, 0x12, 0, 0});
+  EXPECT_EQ(sent(2), Frames{});
+  device({0x21, 1, 0x00, 0x20});
+  EXPECT_EQ(sent(1), Frames{"5FF 6000200100000000"});
+  expect_nothing_left();
+}
+
+TEST_F(UsdoRouting, AWriteThatTheClientGivesUpIsReported) {
+  start();
+  open_and_read();
+  client({0x80, 0, 0x20, 1, 0, 0, 0x04, 0x05});
+  EXPECT_EQ(unanswered(2), std::vector<od::Address>{}) << "a read leaves nothing unknown";
+  (void)sent(2);
+  open_and_write();
+  client({0x80, 0, 0x20, 1, 0, 0, 0x04, 0x05});
+  EXPECT_EQ(unanswered(2), (std::vector<od::Address>{{0x2000, 1}}));
+  (void)sent(2);
+  expect_nothing_left();
+}
+
 TEST_F(UsdoRouting, AClientThatStopsSendingIsATimeOut) {
   start();
   open();
@@ -369,8 +404,7 @@ TEST_F(UsdoRouting, ACommandOnALineOfCanopenFdReachesAClassicalDevice) {
 
 // A device that needs longer than the time-outs of the connection keeps it.
 TEST_F(UsdoRouting, AnAnswerMayTakeLongerThanTheTimeOutsOfTheConnection) {
-  of_line(1).frame_timeout = milliseconds(100);
-  of_line(2).frame_timeout = milliseconds(100);
+  of_line(1).frame_timeout = milliseconds(10);  // that of the other line is longer
   config_of(2).sdo_timeout = seconds(2);
   start();
   open_and_read();
