@@ -74,6 +74,10 @@ std::string held_back_text(const Line& line, std::uint8_t id) {
 // Operational. The gateway reports none for an entry of no group, as one that follows an input, and
 // for those after the first 64 of a group. Other reasons contradict the states that were received:
 // they are older or newer.
+bool is_device(const Line& line) {
+  return line.view && line.view->state.role == line::Role::device;
+}
+
 std::string reported_wait(const Line& line, std::size_t entry, std::uint8_t node) {
   for (const auto& [number, view] : line.groups) {
     for (const line::OutputState::Wait& wait : view.state.waits) {
@@ -91,9 +95,13 @@ std::string reported_wait(const Line& line, std::size_t entry, std::uint8_t node
           return "waits for " + std::string(kTurn);
         case line::OutputWait::node:
           return "waits for " + held_back_text(line, node);
+        case line::OutputWait::own_node:
+          if (is_device(line)) {
+            return "waits for node " + std::to_string(node) + " to be operational";
+          }
+          break;
         case line::OutputWait::value:
         case line::OutputWait::values:
-        case line::OutputWait::own_node:
           break;
       }
     }
@@ -147,13 +155,17 @@ std::string output_state(const Line& line, std::size_t entry) {
                   "the layout was received and has the entry");
   const image::Entry& place = outputs.layout->entries[entry];
   if (outputs.valid(entry)) {
-    return line.view && line.view->state.role == line::Role::device ? "written" : "sent";
+    return is_device(line) && place.remote_pdo == 0 ? "written" : "sent";
   }
   if (line.view && line.view->state.role == line::Role::observer) {
     return "not heard since its node's start";
   }
   if (!outputs.known(entry)) {
     return "never written";
+  }
+  if (is_device(line)) {  // of several devices each has its state, and no PDO is held back
+    const std::string device = node_text(line, place.node);
+    return device.empty() ? reported_wait(line, entry, place.node) : "waits for " + device;
   }
   const std::vector<std::string> missing = missing_in_pdo(outputs, place.local_pdo);
   if (!missing.empty()) {

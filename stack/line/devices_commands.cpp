@@ -317,9 +317,15 @@ void DevicesLine::react(const Outputs::Group& group, Instant now) {
     taken |= kZeroOutputs;
   }
   for (const Seat& seat : seats) {
+    if (!seat.device->has_node_id()) {
+      continue;
+    }
     if ((group.reactions & kSendEmcy) != 0) {
-      seat.device->send_emcy(kSilentWriterEmcy, kSilentWriterRegister, {}, now);
-      taken |= kSendEmcy;
+      const emcy::SendResult result =
+          seat.device->send_emcy(kSilentWriterEmcy, kSilentWriterRegister, {}, now);
+      if (result == emcy::SendResult::sent || result == emcy::SendResult::queued) {
+        taken |= kSendEmcy;
+      }
     }
     if ((group.reactions & kHeartbeatOff) != 0) {
       seat.device->node().dictionary().set({od::objects::kProducerHeartbeatTime, 0},

@@ -236,6 +236,37 @@ TEST(Tables, AnOutputWithoutAReportedReasonShowsNone) {
   EXPECT_EQ(state(), "not sent, reason not reported") << "not among those that are reported";
 }
 
+// The own state of the line is that of the device with the lowest node-ID.
+TEST(Tables, AnOutputOfOneOfSeveralDevicesWaitsForItsDevice) {
+  Model model = test::plant();
+  LineView line = test::line_view(3);
+  line.state.role = line::Role::device;
+  line.state.own_state = nmt::State::stopped;
+  model.on_line(test::kPress, line);
+  NodeView node{
+      .name = "ram",
+      .state = {.node = 5, .state = nmt::State::operational, .presence = line::Presence::present}};
+  model.on_node(test::kPress, node);
+  image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 10};
+  image.bytes = {std::byte{0x0F}, std::byte{0}};
+  image.changed = image.valid = {0};
+  image.known = {1};
+  model.on_image(test::kPress, image);
+  const auto state = [&](line::OutputWait reason) {
+    OutputStateView view;
+    view.state.waiting = 1;
+    view.state.waits = {{0, reason}};
+    model.on_output_state(test::kPress, view);
+    return column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState)
+        .back();
+  };
+  EXPECT_EQ(state(line::OutputWait::turn), "waits for its turn on the bus (SYNC, inhibit time)");
+  EXPECT_EQ(state(line::OutputWait::own_node), "waits for node 5 to be operational");
+  node.state.state = nmt::State::stopped;
+  model.on_node(test::kPress, node);
+  EXPECT_EQ(state(line::OutputWait::own_node), "waits for node 5, which is stopped");
+}
+
 TEST(Tables, AnOutputOfAnotherMasterIsHeardOrNot) {
   Model model = test::plant();
   LineView line = test::line_view(3);

@@ -371,6 +371,19 @@ TEST_F(DevicesTest, ASilentWriterIsTold) {
   EXPECT_EQ(refused.data, (ReplyData{std::vector{std::byte{0}, std::byte{0}}})) << "the group";
 }
 
+TEST_F(DevicesTest, AnEmcyThatNoDeviceSendsIsNoReaction) {
+  operate({5, 6});
+  write("axis6.Status", 3, 2, milliseconds(50), kSendEmcy);
+  hear(0x000, {0x02, 0x00});
+  pass(milliseconds(60));
+  EXPECT_THAT(sent(), Not(Contains(HasSubstr("086#"))));
+  const std::vector<Event> reported = events();
+  EXPECT_TRUE(std::ranges::any_of(reported, [](const Event& event) {
+    const auto* const fired = event.get<event::OutputWatchdog>();
+    return fired != nullptr && fired->reactions == kHoldOutputs;
+  }));
+}
+
 TEST_F(DevicesTest, DefaultsAreThereFromTheStart) {
   LineConfig config = devices_config({5});
   config.defaults = {{.entry = 0, .value = 0x1234}};
