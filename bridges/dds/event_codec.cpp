@@ -867,8 +867,8 @@ struct EventCodec<event::PdoMapping> {
   }
 };
 
-// code: 1 NMT command, 2 message of flying masters, 3 prepare message of sleep; value: command specifier, or its identifier;
-// data: addressee of the command (1), 0 = all.
+// code: 1 NMT command, 2 message of flying masters, 3 prepare message of sleep; value: command
+// specifier, or its identifier; data: addressee of the command (1), 0 = all.
 template <>
 struct EventCodec<event::ForeignManager> {
   static constexpr v1::EventKind kKind = v1::EVENT_FOREIGN_MANAGER;

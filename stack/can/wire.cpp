@@ -130,9 +130,9 @@ WireBits fd_bits(const Frame& frame) {
 }  // namespace
 
 WireBits wire_bits(const Frame& frame) {
-  LINEGATE_ASSERT_HOT(frame.fd() ? frame.length == fd_length(frame.length)
-                                 : frame.length <= kMaxClassicData,
-                      "the length is one of the frame's format");
+  LINEGATE_ASSERT_HOT(
+      frame.fd() ? frame.length == fd_length(frame.length) : frame.length <= kMaxClassicData,
+      "the length is one of the frame's format");
   return frame.fd() ? fd_bits(frame) : classical_bits(frame);
 }
 

@@ -228,6 +228,11 @@ std::vector<Row> layouts_of_nodes() {
                         .address = {{0x4C47, 0x4020, 0x10000, 0x1F5}}},
        fields(4, 0x07FF, {0x47, 0x4C, 0, 0, 0x20, 0x40, 0, 0, 0, 0, 1, 0, 0xF5, 1, 0, 0})},
       {event::LssResult{.verdict = lss::Verdict::nobody_found}, fields(8, 0)},
+  };
+}
+
+std::vector<Row> layouts_of_masters() {
+  return {
       {event::ForeignManager{.evidence = event::ManagerEvidence::nmt_command,
                              .command = nmt::Command::stop,
                              .addressee = 5},
@@ -311,8 +316,8 @@ std::vector<Row> layouts_of_requests() {
 
 std::vector<Row> layouts() {
   std::vector<Row> out;
-  for (const auto& part :
-       {layouts_of_lines(), layouts_of_frames(), layouts_of_nodes(), layouts_of_requests()})
+  for (const auto& part : {layouts_of_lines(), layouts_of_frames(), layouts_of_nodes(),
+                           layouts_of_masters(), layouts_of_requests()})
     out.insert(out.end(), part.begin(), part.end());
   return out;
 }
