@@ -178,24 +178,32 @@ TEST(Tables, AnOutputShowsWhetherItWasSentOrWhatItWaitsFor) {
   EXPECT_THAT(states(), ElementsAre("", "", "never written"));
 }
 
-TEST(Tables, AnOutputShowsTheReasonThatTheGatewayReports) {
-  Model model = test::plant();
-  LineView line = test::line_view(3);
-  line.state.own_state = nmt::State::operational;
-  model.on_line(test::kPress, line);
+// The output of node 5 is known and not valid.
+void receive_known_output(Model& model) {
   image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 10};
   image.bytes = {std::byte{0x0F}, std::byte{0}};
   image.changed = image.valid = {0};
   image.known = {1};
   model.on_image(test::kPress, image);
-  const auto state = [&](line::OutputWait reason) {
-    OutputStateView view;
-    view.state.waiting = 1;
-    view.state.waits = {{0, reason}};
-    model.on_output_state(test::kPress, view);
-    return column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState)
-        .back();
-  };
+}
+
+// Its state when the gateway reports that reason.
+std::string state_that_waits(Model& model, line::OutputWait reason) {
+  OutputStateView view;
+  view.state.waiting = 1;
+  view.state.waits = {{0, reason}};
+  model.on_output_state(test::kPress, view);
+  return column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState)
+      .back();
+}
+
+TEST(Tables, AnOutputShowsTheReasonThatTheGatewayReports) {
+  Model model = test::plant();
+  LineView line = test::line_view(3);
+  line.state.own_state = nmt::State::operational;
+  model.on_line(test::kPress, line);
+  receive_known_output(model);
+  const auto state = [&](line::OutputWait reason) { return state_that_waits(model, reason); };
   EXPECT_EQ(state(line::OutputWait::trigger), "waits for a trigger of its PDO");
   EXPECT_EQ(state(line::OutputWait::update_time), "waits for the update time of its PDO");
   EXPECT_EQ(state(line::OutputWait::bus), "waits for the bus: no acknowledge");
@@ -219,11 +227,7 @@ TEST(Tables, AnOutputWithoutAReportedReasonShowsNone) {
   LineView line = test::line_view(3);
   line.state.own_state = nmt::State::operational;
   model.on_line(test::kPress, line);
-  image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 10};
-  image.bytes = {std::byte{0x0F}, std::byte{0}};
-  image.changed = image.valid = {0};
-  image.known = {1};
-  model.on_image(test::kPress, image);
+  receive_known_output(model);
   const auto state = [&] {
     return column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState)
         .back();
@@ -247,19 +251,8 @@ TEST(Tables, AnOutputOfOneOfSeveralDevicesWaitsForItsDevice) {
       .name = "ram",
       .state = {.node = 5, .state = nmt::State::operational, .presence = line::Presence::present}};
   model.on_node(test::kPress, node);
-  image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 10};
-  image.bytes = {std::byte{0x0F}, std::byte{0}};
-  image.changed = image.valid = {0};
-  image.known = {1};
-  model.on_image(test::kPress, image);
-  const auto state = [&](line::OutputWait reason) {
-    OutputStateView view;
-    view.state.waiting = 1;
-    view.state.waits = {{0, reason}};
-    model.on_output_state(test::kPress, view);
-    return column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState)
-        .back();
-  };
+  receive_known_output(model);
+  const auto state = [&](line::OutputWait reason) { return state_that_waits(model, reason); };
   EXPECT_EQ(state(line::OutputWait::turn), "waits for its turn on the bus (SYNC, inhibit time)");
   EXPECT_EQ(state(line::OutputWait::own_node), "waits for node 5 to be operational");
   node.state.state = nmt::State::stopped;
