@@ -13,10 +13,7 @@ target_compile_options(linegate_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
   -Woverloaded-virtual -Wcast-align -Wformat=2 -Werror
   # A designated initialiser leaves the members it does not name at their defaults, on purpose.
-  -Wno-missing-field-initializers
-  # GCC 12 reports these of correct code of std::string, depending on what it has inlined, so that a build failed with
-  # precompiled headers alone. They are shown, and end no build.
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-error=array-bounds;-Wno-error=restrict;-Wno-error=stringop-overflow>)
+  -Wno-missing-field-initializers)
 
 if(LINEGATE_SANITIZE)
   string(REPLACE ";" "," _sanitize "${LINEGATE_SANITIZE}")

@@ -10,11 +10,10 @@
 //
 // Invariants:
 // 1. A transfer is passed to the arbiter at most once, with all bytes of the client.
-// 2. The client receives the result of the device, its abort in the codes of SDO (usdo/protocol.h),
-// or an abort of the
-//    gateway: 060A 0023h and 0800 0022h state that nothing was written; 0504 0000h that a write may
-//    have been carried out. If the client does not wait for it, such a write is the event
-//    routing-unanswered.
+// 2. The client receives the result of the device, its abort in the codes of SDO
+//    (usdo/protocol.h), or an abort of the gateway: 060A 0023h and 0800 0022h state that nothing
+//    was written; 0504 0000h that a write may have been carried out. If the client does not wait
+//    for it, such a write is the event routing-unanswered.
 // 3. A connection that ends withdraws its transfer: none is left in the arbiter.
 #pragma once
 

@@ -72,8 +72,12 @@ class Describer {
     constexpr std::uint64_t kLongest = std::numeric_limits<Time>::max();
     const std::uint64_t time = value(place).value_or(0);
     if (time == 0 || time > kLongest) {
-      error(place, std::string(what) + " is " + std::to_string(time) + ": give 1 to " +
-                       std::to_string(kLongest) + " ms");
+      // Appended: GCC 12 reports an access out of bounds in the sum of these strings, in which
+      // there is none.
+      std::string text(what);
+      text.append(" is ").append(std::to_string(time));
+      text.append(": give 1 to ").append(std::to_string(kLongest)).append(" ms");
+      error(place, text);
       return 0;
     }
     return static_cast<Time>(time);
