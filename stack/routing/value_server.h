@@ -66,7 +66,6 @@ class ValueServer final : od::Hook {
   void cancelled(od::Ticket waiting) override;
   AbortCode ask(od::Address address, bool write, std::span<const std::byte> value);
   AbortCode prepare(od::Address address);
-  void push(std::uint64_t word);
 
   Target& target_;
   SdoPhase phase_;
