@@ -8,6 +8,7 @@
 #include "stack/can/cob_id.h"
 #include "stack/nmt/node_control.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 
 #include "tests/plant/output_fields.h"
@@ -23,7 +24,9 @@ constexpr Duration kUnwatched = std::chrono::milliseconds(100);
 // Longer than the time between two requests of a boot process: 1000h is requested again one second
 // after the SDO time-out (CiA 302-2 figure 4).
 constexpr Duration kBootPause = std::chrono::seconds(2);
-constexpr char kNoErrorControl = 'K';  // boot status of a node that is configured
+// Boot status (CiA 302-2)
+constexpr char kNotConfigured = 'J';
+constexpr char kNoErrorControl = 'K';  // the node is configured
 
 // A heartbeat, guard response or boot-up message with a valid state.
 bool is_state_message(const can::Frame& frame) {
@@ -414,8 +417,11 @@ void OutputModel::look_at(LineSeat& seat, std::uint8_t id) {
   const line::NodeState said = seat.line->node_state(id);
   node.shown = said.presence == line::Presence::present && said.state == nmt::State::operational;
   node.confirmed = said.cause != line::StateCause::command || said.heartbeat_monitored;
+  // Also a line that has given up its role holds the PDOs back of which it knows that they differ.
+  const bool is_refused =
+      said.boot == kNotConfigured && od::objects::is_pdo_record(said.finding.object.index);
   node.other_pdos = node.shown && !manager::is_booted(said.boot) && said.boot != kNoErrorControl &&
-                    is_to_boot(seat, id) && manages(*seat.line);
+                    is_to_boot(seat, id) && (is_refused || manages(*seat.line));
   if (const DeviceSeat* const device = seat.find(id)) {
     const bool operational = is_operational(seat, *device);
     node.unnoticed |= node.operational && !operational && !node.commanded;

@@ -5,8 +5,9 @@
 // The invariant, after each step of a world:
 //   1. An output entry is valid only while the line shows its node as present and Operational, and,
 //      if the line boots the node, its boot process has configured it since the node restarted or
-//      was found running: before that its PDOs may not be those of the image. Clauses 4 and 5 do
-//      not apply to a node that is not booted.
+//      was found running: before that its PDOs may not be those of the image. A line that has
+//      given up its role holds back only the PDOs of nodes whose last boot process was refused one
+//      of them. Clauses 4 and 5 do not apply to a node that is not booted.
 //   2. It is valid only if its value is that of the newest frame of its PDO that the bus
 //      acknowledged, and the line submitted that frame after it received the newest sign that the
 //      node was not Operational (boot-up message, heartbeat, or guard response whose toggle bit
@@ -146,8 +147,9 @@ class OutputModel {
     unsigned signs = 0;
     std::uint64_t end =
         0;  // frame of the newest NMT command that ends Operational, 0 = acknowledged
-    bool other_pdos = false;  // no boot process has compared them since its restart
-    Instant boots_at{};       // time of the newest frame of its boot process on the bus
+    // No boot process has compared them since its restart, or the last one was refused a PDO
+    bool other_pdos = false;
+    Instant boots_at{};  // time of the newest frame of its boot process on the bus
     bool restarted_unheard = false;
     unsigned boot_ups_waiting = 0;  // number of boot-up messages in the controller of the device
     bool booted_now = false;
