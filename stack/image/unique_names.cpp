@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -29,6 +30,8 @@ std::string pdo_cell(std::uint16_t remote_pdo) {
 
 void make_names_unique(Layout& layout) {
   std::set<std::string> seen;
+  // By name and suffix: the first number that may be free
+  std::map<std::pair<std::string, std::string>, unsigned> numbers;
   for (Entry& entry : layout.entries) {
     std::string name = with_suffix(entry.name, {});
     std::string suffix;
@@ -36,8 +39,11 @@ void make_names_unique(Layout& layout) {
       suffix = " in " + pdo_text(entry.remote_pdo);
       name = with_suffix(entry.name, suffix);
     }
-    for (unsigned number = 2; !seen.insert(name).second; ++number) {
-      name = with_suffix(entry.name, suffix + " #" + std::to_string(number));
+    if (!seen.insert(name).second) {
+      unsigned& number = numbers.try_emplace({entry.name, suffix}, 2).first->second;
+      do {
+        name = with_suffix(entry.name, suffix + " #" + std::to_string(number++));
+      } while (!seen.insert(name).second);
     }
     entry.name = std::move(name);
   }
