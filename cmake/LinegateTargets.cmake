@@ -94,16 +94,50 @@ endif()
 
 # Headers and the templates that each file makes of them take most of the time that a file of ours takes to compile. Eight
 # files of a library and not all: a change of one file shall not wait for its whole library, and a large library shall
-# occupy more than one processor.
-option(LINEGATE_UNITY "Compile the sources of libraries and programs eight at a time, those of a test at once" OFF)
+# occupy more than one processor. WHOLE: all of them, for builds that nobody works with.
+set(LINEGATE_UNITY OFF CACHE STRING "Compile sources of libraries and programs eight at a time, those of a test at once")
+set_property(CACHE LINEGATE_UNITY PROPERTY STRINGS OFF ON WHOLE)
 
-# linegate_unity(TARGET FILES): so many of its sources are compiled as one; 0: all of them.
+# linegate_unity(TARGET FILES): so many of its sources are compiled as one; 0: all of them; 1: all of them if WHOLE. Files
+# that are generated are compiled by themselves. CMake's UNITY_BUILD includes sources by their absolute names, and a compiler cache would find
+# nothing that another clone has compiled.
 function(linegate_unity target files)
-  if(LINEGATE_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${files})
-    # GCC warns of a type in a header, and takes each file that is included for one.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  if(NOT LINEGATE_UNITY)
+    return()
   endif()
+  set(own)
+  set(others)
+  get_target_property(sources ${target} SOURCES)
+  foreach(source IN LISTS sources)
+    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE OUTPUT_VARIABLE path)
+    cmake_path(IS_PREFIX PROJECT_SOURCE_DIR ${path} in_repository)
+    cmake_path(IS_PREFIX PROJECT_BINARY_DIR ${path} is_generated)
+    if(path MATCHES "\\.cpp$" AND in_repository AND NOT is_generated)
+      cmake_path(RELATIVE_PATH path BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+      list(APPEND own ${path})
+    else()
+      list(APPEND others ${source})
+    endif()
+  endforeach()
+  list(LENGTH own count)
+  if(files EQUAL 0 OR LINEGATE_UNITY STREQUAL "WHOLE")
+    set(files ${count})
+  endif()
+  if(count LESS 2 OR files EQUAL 1)
+    return()
+  endif()
+  math(EXPR last "${count} - 1")
+  foreach(first RANGE 0 ${last} ${files})
+    list(SUBLIST own ${first} ${files} batch)
+    list(TRANSFORM batch REPLACE "(.+)" "#include \"\\1\"\n")
+    list(JOIN batch "" text)
+    set(unit ${CMAKE_CURRENT_BINARY_DIR}/together/${target}_${first}.cpp)
+    file(CONFIGURE OUTPUT ${unit} CONTENT "${text}" @ONLY)
+    list(APPEND others ${unit})
+  endforeach()
+  set_property(TARGET ${target} PROPERTY SOURCES ${others})
+  # GCC warns of a type in a header, and takes each file that is included for one.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
 # linegate_library(NAME SOURCES a.cpp ... [HOT] [NO_FUZZER] [FAST_DDS] [OPTIONS ...] [DEPENDS linegate::x ...]
@@ -117,7 +151,9 @@ function(linegate_library name)
     target_link_libraries(linegate_${name} PUBLIC linegate_flags ${ARG_DEPENDS}
                           PRIVATE $<BUILD_INTERFACE:linegate_warnings> ${ARG_PRIVATE_DEPENDS})
     set_target_properties(linegate_${name} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
-    if(NOT ARG_HOT)
+    if(ARG_HOT)
+      linegate_unity(linegate_${name} 1)
+    else()
       linegate_unity(linegate_${name} 8)
     endif()
     set_target_properties(linegate_${name} PROPERTIES LINEGATE_NO_FUZZER ${ARG_NO_FUZZER})
@@ -177,6 +213,19 @@ function(linegate_link_quickly target)
   endif()
 endfunction()
 
+# linegate_paths(TARGET NAME path ...) gives TARGET paths of tests/paths.h. A path may be a generator expression.
+function(linegate_paths target)
+  list(GET ARGN 0 first)
+  set(source ${CMAKE_CURRENT_BINARY_DIR}/${target}_${first}.cpp)
+  set(text "#include \"tests/paths.h\"\n\n")
+  while(ARGN)
+    list(POP_FRONT ARGN name path)
+    string(APPEND text "const char* const linegate::paths::${name} = \"${path}\";\n")
+  endwhile()
+  file(GENERATE OUTPUT ${source} CONTENT "${text}" TARGET ${target})
+  target_sources(${target} PRIVATE ${source})
+endfunction()
+
 # What the names of tests begin with: tests/run runs those of all presets together.
 set(LINEGATE_TEST_PREFIX "")
 if(LINEGATE_BUILD_FUZZ)
@@ -194,6 +243,7 @@ function(linegate_test_program name)
   set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
   linegate_precompile(${name})
   linegate_link_quickly(${name})
+  linegate_unity(${name} 1)
 endfunction()
 
 # linegate_test(NAME TIER unit [OPTIMISED] [NO_THREADS] [FAST_DDS] [LONGEST pattern] SOURCES ... DEPENDS ...) makes a GoogleTest

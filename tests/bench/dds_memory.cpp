@@ -30,6 +30,7 @@
 #include "gateway/security/fingerprint.h"
 
 #include "tests/bench/measure.h"
+#include "tests/paths.h"
 
 namespace linegate::bench {
 namespace {
@@ -41,7 +42,7 @@ constexpr int kClientsOfProcess = 10;
 
 std::string plant_of(int lines, std::uint32_t domain, const std::string& identity) {
   std::string out = "schema: 1\ngateway: {name: bench}\ndds: {process: own, memory: 2GB, domain: " +
-                    std::to_string(domain) + ", profile: " LOOPBACK_PROFILES +
+                    std::to_string(domain) + ", profile: " + std::string(paths::kLoopbackProfiles) +
                     (identity.empty() ? "" : ", security: " + identity) + "}\nlines:\n";
   for (int i = 0; i < lines; ++i) {
     out += "  - {name: line" + std::to_string(i) +
@@ -65,7 +66,7 @@ class Counter final : public dds::ClientListener {};
   require(nice(10) != -1, "no priority");  // in a plant most clients are on other hosts
   dds::ClientOptions options;
   options.domain = domain;
-  options.profile_file = LOOPBACK_PROFILES;
+  options.profile_file = paths::kLoopbackProfiles;
   options.outputs = true;
   if (!identity.empty()) {
     options.security = dds::security_with(security::files_in(identity));
@@ -172,7 +173,7 @@ int run(int argc, char** argv) {
   };
   const std::uint32_t domain = 100 + static_cast<std::uint32_t>(getpid()) % 60;
   auto plant =
-      config::read(plant_of(lines, domain, identity("bench")), LINEGATE_SOURCE_DIR "/plant.yaml");
+      config::read(plant_of(lines, domain, identity("bench")), paths::in_repository("plant.yaml"));
   require(plant.ok(), plant.diagnostics.empty() ? "" : to_string(plant.diagnostics.front()));
   auto made = gateway::Gateway::make(*std::move(plant.value), 1);
   require(made.ok(), made.diagnostics.empty() ? "" : to_string(made.diagnostics.front()));

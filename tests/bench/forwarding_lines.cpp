@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "tests/paths.h"
+
 namespace linegate::bench {
 namespace {
 
@@ -25,7 +27,7 @@ forward:
 ForwardingLines::ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>, 2> channels,
                                  bool together, std::array<std::optional<unsigned>, 2> processors,
                                  std::optional<config::Publish> publish)
-    : plant_(*config::read(kPlant, LINEGATE_SOURCE_DIR "/plant.yaml").value),
+    : plant_(*config::read(kPlant, paths::in_repository("plant.yaml")).value),
       link_(plant_.bindings),
       publisher_([this] { take(); }) {
   for (std::size_t i = 0; i < (together ? 1U : 2U); ++i) {

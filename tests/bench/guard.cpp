@@ -27,6 +27,7 @@
 #include "tests/bench/measure.h"
 #include "tests/dds/guard/datagram.h"
 #include "tests/dds/own_domain.h"
+#include "tests/paths.h"
 
 namespace linegate::bench {
 namespace {
@@ -63,7 +64,7 @@ v1::ProcessImage make_sample() {
 
 int read(bool guarded, std::uint32_t domain) {
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints endpoints("reader", domain, LOOPBACK_PROFILES, diagnostics, guarded);
+  dds::Endpoints endpoints("reader", domain, paths::kLoopbackProfiles, diagnostics, guarded);
   auto* reader = endpoints.reader<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
   require(endpoints.ok(), "no DDS reader");
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
@@ -120,7 +121,7 @@ void compare_readers(const std::string& self) {
   require(on != nullptr && off != nullptr, "a reader cannot be started");
   {
     std::vector<Diagnostic> diagnostics;
-    dds::Endpoints endpoints("writer", domain, LOOPBACK_PROFILES, diagnostics);
+    dds::Endpoints endpoints("writer", domain, paths::kLoopbackProfiles, diagnostics);
     auto* writer = endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
     require(endpoints.ok(), "no DDS writer");
     eprosima::fastdds::dds::PublicationMatchedStatus status;

@@ -18,6 +18,7 @@
 #include "stack/line/line.h"
 
 #include "tests/bench/measure.h"
+#include "tests/paths.h"
 
 namespace {
 
@@ -30,7 +31,7 @@ constexpr int kSamples = 2000;  // of a pass
 constexpr double kMost = 1;     // x the peer
 
 named::DeviceType device_type() {
-  const auto loaded = config::load(LINEGATE_SOURCE_DIR "/tests/bridges/named/every_type.yaml");
+  const auto loaded = config::load(paths::in_repository("tests/bridges/named/every_type.yaml"));
   bench::require(loaded.value.has_value(), "every_type.yaml cannot be read");
   const auto made = line::Line::make(loaded.value->lines.at(0).config);
   bench::require(made.value.has_value(), "the line cannot be made");

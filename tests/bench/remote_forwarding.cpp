@@ -31,6 +31,7 @@
 
 #include "tests/bench/processes.h"
 #include "tests/bench/sample_course.h"
+#include "tests/paths.h"
 
 namespace linegate::bench {
 namespace {
@@ -60,7 +61,7 @@ BusAddress bus_address(int number) {
 
 std::string plant_head(const std::string& name, std::uint32_t domain, const std::string& forward) {
   return "schema: 1\ngateway: {name: " + name + "}\ndds: {domain: " + std::to_string(domain) +
-         ", profile: " LOOPBACK_PROFILES "}\n" +
+         ", profile: " + std::string(paths::kLoopbackProfiles) + "}\n" +
          (forward.empty() ? "" : "forward: [" + forward + "]\n") + "lines:\n";
 }
 
@@ -72,7 +73,7 @@ std::string plant_line(const std::string& name, const BusAddress& bus) {
 
 void run_gateway(const std::string& text) {
   spdlog::set_level(spdlog::level::err);
-  auto plant = config::read(text, LINEGATE_SOURCE_DIR "/plant.yaml");
+  auto plant = config::read(text, paths::in_repository("plant.yaml"));
   require(plant.ok(), plant.diagnostics.empty() ? "" : to_string(plant.diagnostics.front()));
   auto made = gateway::Gateway::make(*std::move(plant.value), 1 + static_cast<unsigned>(getpid()));
   require(made.ok(), made.diagnostics.empty() ? "" : to_string(made.diagnostics.front()));

@@ -38,6 +38,7 @@
 #include "tests/bench/measure.h"
 #include "tests/bench/pdo_line.h"
 #include "tests/bench/wire.h"
+#include "tests/paths.h"
 
 namespace linegate::bench {
 
@@ -79,7 +80,7 @@ inline int subscribe(std::uint32_t domain, int pipe, const dds::Security& securi
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   dds::ClientOptions options;
   options.domain = domain;
-  options.profile_file = LOOPBACK_PROFILES;
+  options.profile_file = paths::kLoopbackProfiles;
   options.lines = options.nodes = options.layouts = options.pdos = false;
   options.events = options.commands = false;
   options.security = security;
@@ -106,7 +107,7 @@ class LineGateway {
  public:
   // plant: with the lines. far: the end of a Wire for each line, which it closes.
   LineGateway(config::Plant plant, const std::vector<int>& far) {
-    plant.dds_profile = LOOPBACK_PROFILES;
+    plant.dds_profile = paths::kLoopbackProfiles;
     auto edge = gateway::make_dds_edge(plant, 1);
     require(edge.ok(), "no DDS");
     edge_ = *std::move(edge.value);
@@ -172,7 +173,7 @@ class SampleEndpoints {
  public:
   SampleEndpoints(const std::string& name, std::uint32_t domain, const dds::Security& security = {})
       : name_(name),
-        endpoints_(name, domain, LOOPBACK_PROFILES, diagnostics_, true, 0, security),
+        endpoints_(name, domain, paths::kLoopbackProfiles, diagnostics_, true, 0, security),
         writer_(endpoints_.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE)) {
     require(endpoints_.ok(), "no DDS writer");
   }

@@ -25,6 +25,7 @@
 #include "tests/bench/load_sender.h"
 #include "tests/bench/processes.h"
 #include "tests/bench/sample_course.h"
+#include "tests/paths.h"
 
 namespace linegate::bench {
 namespace {
@@ -178,7 +179,7 @@ void run_writer(Way way, std::uint32_t domain, const Options& options, Shared& s
 void run_reader(std::uint32_t domain, ImageCounts& counts) {
   dds::ClientOptions options;
   options.domain = domain;
-  options.profile_file = LOOPBACK_PROFILES;
+  options.profile_file = paths::kLoopbackProfiles;
   options.lines = options.nodes = options.layouts = options.pdos = false;
   options.receptions = options.events = options.commands = false;
   auto client = dds::Client::make(options);

@@ -15,6 +15,7 @@
 #include "stack/base/byte_order.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -115,7 +116,7 @@ TEST_F(Commands, ManyAtOnceAreEachAnsweredOnce) {
 class Impostor {
  public:
   Impostor()
-      : endpoints_("impostor", domain(), LOOPBACK_PROFILES, diagnostics_),
+      : endpoints_("impostor", domain(), paths::kLoopbackProfiles, diagnostics_),
         lines_(endpoints_.writer<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE)),
         replies_(endpoints_.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY)),
         requests_(endpoints_.reader<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST)) {}
@@ -247,7 +248,7 @@ TEST(Waiting, ForCenturiesEndsWhenWoken) {
 // number of client names.
 struct Stranger {
   explicit Stranger(std::vector<Diagnostic>& diagnostics)
-      : endpoints("stranger", domain(), LOOPBACK_PROFILES, diagnostics),
+      : endpoints("stranger", domain(), paths::kLoopbackProfiles, diagnostics),
         writer(endpoints.writer<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST)),
         reader(endpoints.reader<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY)) {
     request.gateway(known::kGateway);
@@ -311,7 +312,7 @@ TEST_F(Commands, MoreClientsThanInstancesAreServed) {
 class ProfileText {
  public:
   ProfileText() {
-    std::ifstream file(LOOPBACK_PROFILES);
+    std::ifstream file(paths::kLoopbackProfiles);
     text_.assign(std::istreambuf_iterator<char>(file), {});
   }
   const std::string& text() const { return text_; }
@@ -380,7 +381,7 @@ TEST_F(FewInstances, AStrangerWhoUsesThemAllShutsNobodyOut) {
 }
 
 TEST_F(FewInstances, OutputsOfManyGroupsArrive) {
-  dds::Endpoints stranger("stranger", domain(), LOOPBACK_PROFILES, diagnostics);
+  dds::Endpoints stranger("stranger", domain(), paths::kLoopbackProfiles, diagnostics);
   auto* writer = stranger.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
   ASSERT_NE(writer, nullptr);
   v1::OutputWrite sample;

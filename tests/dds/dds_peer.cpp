@@ -29,6 +29,7 @@
 #include "stack/base/byte_order.h"
 
 #include "tests/dds/known_values.h"
+#include "tests/paths.h"
 
 namespace linegate {
 namespace {
@@ -266,7 +267,7 @@ int main(int argc, char** argv) {
     return 2;
   const std::string role = argv[1];
   const auto domain = static_cast<std::uint32_t>(std::strtoul(argv[2], nullptr, 10));
-  const std::string profiles = argc > 3 ? argv[3] : LOOPBACK_PROFILES;
+  const std::string profiles = argc > 3 ? argv[3] : linegate::paths::kLoopbackProfiles;
   if (role == "gateway" || role == "unguarded" || role == "slow_gateway" ||
       role == "image_gateway" || role == "multicast_gateway")
     return linegate::run_gateway(domain, profiles,

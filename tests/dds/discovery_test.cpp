@@ -23,6 +23,7 @@
 
 #include "tests/dds/fixtures.h"
 #include "tests/dds/sanitizers.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -176,7 +177,8 @@ class EventGateway {
 
  private:
   static std::unique_ptr<dds::GatewayBridge> make(std::size_t places) {
-    dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
+    dds::GatewayOptions options{
+        known::kGateway, 1, domain(), paths::kLoopbackProfiles, {known::kLine}};
     options.participants = places;
     auto made = dds::GatewayBridge::make(options);
     return made.ok() ? *std::move(made.value) : nullptr;
@@ -223,7 +225,7 @@ TEST(Discovery, InventedParticipantsTakeABoundedNumberOfPlaces) {
 
 // The loopback profiles with 127.0.0.1 as the address of the initial peers.
 std::string profiles_with_peers() {
-  std::ifstream in(LOOPBACK_PROFILES);
+  std::ifstream in(paths::kLoopbackProfiles);
   std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   const std::string peers =
       "<initialPeersList><locator><udpv4><address>239.255.0.1</address></udpv4></locator>"
@@ -297,7 +299,8 @@ TEST(Discovery, APlaceIsGivenBackWhenAnEndpointEnds) {
   constexpr auto kMost = static_cast<std::uint32_t>(dds::guard::Discovered::kEndpoints);
   constexpr std::uint32_t kTooMany = 10;
   constexpr std::uint32_t kEnds = 20;
-  dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
+  dds::GatewayOptions options{
+      known::kGateway, 1, domain(), paths::kLoopbackProfiles, {known::kLine}};
   auto gateway = dds::GatewayBridge::make(options);
   ASSERT_TRUE(gateway.ok());
   dds::GatewayBridge& bridge = **gateway.value;

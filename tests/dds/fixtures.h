@@ -17,6 +17,7 @@
 
 #include "tests/dds/known_values.h"
 #include "tests/dds/peer_process.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 
@@ -41,7 +42,7 @@ inline dds::ClientOptions client_options(const std::string& name = "") {
   dds::ClientOptions options;
   options.name = name;
   options.domain = domain();
-  options.profile_file = LOOPBACK_PROFILES;
+  options.profile_file = paths::kLoopbackProfiles;
   return options;
 }
 

@@ -15,6 +15,7 @@
 #include "bridges/dds/publisher.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -55,7 +56,7 @@ struct FollowedLines : dds::GatewayHandler {
 std::unique_ptr<dds::GatewayBridge> make_gateway(const std::string& name,
                                                  const std::vector<std::string>& lines,
                                                  bool partitions) {
-  dds::GatewayOptions options{name, known::kIncarnation, domain(), LOOPBACK_PROFILES, lines};
+  dds::GatewayOptions options{name, known::kIncarnation, domain(), paths::kLoopbackProfiles, lines};
   options.last_words = Duration::zero();
   options.partitions = partitions;
   auto made = dds::GatewayBridge::make(options);
@@ -128,7 +129,7 @@ TEST(FollowedLinesOfStrangers, AreDroppedIfTheyAreMalformed) {
   FollowedLines received;
   ASSERT_TRUE(near->follow({press}));
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints stranger("stranger", domain(), LOOPBACK_PROFILES, diagnostics);
+  dds::Endpoints stranger("stranger", domain(), paths::kLoopbackProfiles, diagnostics);
   auto* const states = stranger.writer<UnknownEncoding>(v1::TOPIC_LINE_STATE);
   auto* const images = stranger.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
   ASSERT_TRUE(states != nullptr && images != nullptr);

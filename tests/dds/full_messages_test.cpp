@@ -20,6 +20,7 @@
 #include "gateway/security/fingerprint.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -44,7 +45,7 @@ class FullMessages : public testing::Test {
     return dds::security_with(security::files_in((plant_ / identity).string()));
   }
   void start_gateway() {
-    dds::GatewayOptions options{"plant", 1, domain(), LOOPBACK_PROFILES, {"press", "hall"}};
+    dds::GatewayOptions options{"plant", 1, domain(), paths::kLoopbackProfiles, {"press", "hall"}};
     options.last_words = std::chrono::milliseconds(0);
     options.security = security_of("plant");
     options.security.request_partition = security::requests_of_gateway("plant");
@@ -104,8 +105,8 @@ TEST_F(FullMessages, ReachAReaderThatJoinsLate) {
   publish_nodes(0);
   for (int attempt = 0; attempt < kAttempts && !connected; ++attempt) {
     std::vector<Diagnostic> diagnostics;
-    viewer = std::make_unique<dds::Endpoints>("viewer", domain(), LOOPBACK_PROFILES, diagnostics,
-                                              true, 0, security_of("victor"));
+    viewer = std::make_unique<dds::Endpoints>("viewer", domain(), paths::kLoopbackProfiles,
+                                              diagnostics, true, 0, security_of("victor"));
     ASSERT_TRUE(viewer->ok());
     connected = receives_all(*viewer, 0, kOneAttempt);
   }

@@ -17,6 +17,7 @@
 #include "bridges/dds/publisher.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -68,7 +69,7 @@ class Gaps : public testing::Test {
  protected:
   void SetUp() override {
     auto made = dds::GatewayBridge::make(
-        {known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine, kQuiet}});
+        {known::kGateway, 1, domain(), paths::kLoopbackProfiles, {known::kLine, kQuiet}});
     ASSERT_TRUE(made.ok());
     bridge = std::move(*made.value);
   }
@@ -108,7 +109,7 @@ class Gaps : public testing::Test {
 
   std::vector<Diagnostic> diagnostics;
   std::unique_ptr<dds::GatewayBridge> bridge;
-  dds::Endpoints late{"late", domain(), LOOPBACK_PROFILES, diagnostics};
+  dds::Endpoints late{"late", domain(), paths::kLoopbackProfiles, diagnostics};
   std::uint64_t number = 0;
 };
 

@@ -31,6 +31,7 @@
 
 #include "tests/dds/fixtures.h"
 #include "tests/dds/late_reader.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -103,7 +104,7 @@ class Identities : public testing::Test {
     EXPECT_EQ(security::issue(plant.string(), {{name, role, std::move(lines)}, 60}), "");
   }
   void start_gateway() {
-    dds::GatewayOptions options{kGateway, 1, domain(), LOOPBACK_PROFILES, {kLine, "other"}};
+    dds::GatewayOptions options{kGateway, 1, domain(), paths::kLoopbackProfiles, {kLine, "other"}};
     options.last_words = milliseconds(0);
     options.security = security_of(plant / kGateway);
     options.security.request_partition = security::requests_of_gateway(kGateway);
@@ -192,7 +193,8 @@ TEST_F(Identities, ARequestOfAGatewayIsNotSentAfterItsLifetime) {
   std::vector<Diagnostic> diagnostics;
   dds::Security security = security_of(plant / kGateway);
   security.request_partition = security::requests_of_gateway(kGateway);
-  dds::Endpoints endpoints("reader", domain(), LOOPBACK_PROFILES, diagnostics, true, 0, security);
+  dds::Endpoints endpoints("reader", domain(), paths::kLoopbackProfiles, diagnostics, true, 0,
+                           security);
   LateReader reader(endpoints);
   dds::ClientOptions options = options_of(plant / "erin", "engineer/erin");
   options.outputs = false;
@@ -291,7 +293,7 @@ TEST_F(Identities, RightsOfOthersAreRefusedToTheirWriter) {
 class Program {
  public:
   explicit Program(const folders::path& identity, const std::string& right)
-      : endpoints_("program", domain(), LOOPBACK_PROFILES, diagnostics_, true, 0,
+      : endpoints_("program", domain(), paths::kLoopbackProfiles, diagnostics_, true, 0,
                    security_of(identity)),
         requests_(endpoints_.writer_in<v1::CommandRequestPubSubType>(
             dds::request_partition(kGateway, kLine, right), v1::TOPIC_COMMAND_REQUEST)),
@@ -445,7 +447,7 @@ TEST_F(Identities, AGatewayPublishesInItsOwnNameOnly) {
   bool arrived = false;
   for (int attempt = 0; attempt < kAttempts && !arrived; ++attempt) {
     std::vector<Diagnostic> diagnostics;
-    dds::Endpoints hall("linegate hall", domain(), LOOPBACK_PROFILES, diagnostics, true, 0,
+    dds::Endpoints hall("linegate hall", domain(), paths::kLoopbackProfiles, diagnostics, true, 0,
                         security_of(plant / "hall"));
     ASSERT_TRUE(hall.ok());
     arrived = forged(hall);
@@ -485,7 +487,7 @@ struct Followed : dds::GatewayHandler {
 class Forger {
  public:
   Forger(const folders::path& identity, std::uint64_t incarnation)
-      : endpoints_("linegate other", domain(), LOOPBACK_PROFILES, diagnostics_, true, 0,
+      : endpoints_("linegate other", domain(), paths::kLoopbackProfiles, diagnostics_, true, 0,
                    security_of(identity)) {
     state_.gateway("hall");
     state_.line(kLine);
@@ -531,7 +533,7 @@ TEST_F(Identities, AGatewayFollowsTheHolderOfTheNameOnly) {
   }
   ASSERT_GT(received.dropped, 1U) << "the forged samples do not arrive, so that nothing is shown";
 
-  dds::GatewayOptions options{"hall", kTrue, domain(), LOOPBACK_PROFILES, {kLine}};
+  dds::GatewayOptions options{"hall", kTrue, domain(), paths::kLoopbackProfiles, {kLine}};
   options.last_words = milliseconds(0);
   options.security = security_of(plant / "hall");
   options.security.request_partition = security::requests_of_gateway("hall");
@@ -586,7 +588,7 @@ TEST_F(Identities, PartitionsThatAreNotOfTheLineAreRefused) {
   bool connected = false;
   for (int attempt = 0; attempt < kAttempts && !connected; ++attempt) {
     std::vector<Diagnostic> diagnostics;
-    dds::Endpoints endpoints("alice", domain(), LOOPBACK_PROFILES, diagnostics, true, 0,
+    dds::Endpoints endpoints("alice", domain(), paths::kLoopbackProfiles, diagnostics, true, 0,
                              security_of(plant / "alice"));
     ASSERT_TRUE(endpoints.ok());
     std::vector<eprosima::fastdds::dds::DataWriter*> writers;

@@ -11,6 +11,7 @@
 #include "bridges/dds/endpoints.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -44,7 +45,7 @@ class Instances : public testing::Test {
 
   Peer gateway{"gateway"};
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints endpoints{"stranger", domain(), LOOPBACK_PROFILES, diagnostics};
+  dds::Endpoints endpoints{"stranger", domain(), paths::kLoopbackProfiles, diagnostics};
 };
 
 // A program that pauses longer than its deadline, and disposes its outputs before it continues.

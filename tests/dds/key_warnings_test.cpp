@@ -21,6 +21,7 @@
 #include "gateway/security/files.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -46,7 +47,7 @@ class KeyWarnings : public testing::Test {
 
   std::unique_ptr<dds::Endpoints> join(const char* identity) {
     return std::make_unique<dds::Endpoints>(
-        identity, domain(), LOOPBACK_PROFILES, diagnostics_, true, 0,
+        identity, domain(), paths::kLoopbackProfiles, diagnostics_, true, 0,
         dds::security_with(security::files_in((plant_ / identity).string())));
   }
   // Makes participants that read the topic until one of them receives and acknowledges `samples`

@@ -9,6 +9,7 @@
 #include "bridges/dds/profiles.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -75,7 +76,7 @@ class Malformed : public testing::Test {
 
   Peer gateway{"gateway"};
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints endpoints{"stranger", domain(), LOOPBACK_PROFILES, diagnostics};
+  dds::Endpoints endpoints{"stranger", domain(), paths::kLoopbackProfiles, diagnostics};
   eprosima::fastdds::dds::DataWriter* requests = nullptr;
   eprosima::fastdds::dds::DataReader* replies = nullptr;
   eprosima::fastdds::dds::DataWriter* outputs = nullptr;
@@ -145,7 +146,7 @@ TYPED_TEST_SUITE(Unreadable, Spoilers);
 
 TYPED_TEST(Unreadable, SamplesAreDroppedAndTheNextIsCarriedOut) {
   EXPECT_EQ(this->ask(this->request(1)).domain(), v1::RESULT_DONE);
-  dds::Endpoints other{"spoiler", domain(), LOOPBACK_PROFILES, this->diagnostics};
+  dds::Endpoints other{"spoiler", domain(), paths::kLoopbackProfiles, this->diagnostics};
   auto* writer = other.writer<Spoilt<TypeParam>>(v1::TOPIC_COMMAND_REQUEST);
   ASSERT_NE(writer, nullptr);
   EXPECT_TRUE(eventually([&] {

@@ -16,6 +16,7 @@
 #include "bridges/dds/profiles.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -78,7 +79,7 @@ class MulticastReader {
 // (Endpoints::create_participant).
 TEST(Multicast, TwoReadersWithOneMulticastLocatorReceiveByUnicast) {
   std::vector<Diagnostic> diagnostics;
-  ASSERT_TRUE(dds::load_profiles(LOOPBACK_PROFILES, diagnostics));
+  ASSERT_TRUE(dds::load_profiles(paths::kLoopbackProfiles, diagnostics));
   Peer gateway("gateway");
   ASSERT_EQ(gateway.expect("ready"), "ready");
   const auto port = static_cast<std::uint16_t>(20'000 + 10 * domain());

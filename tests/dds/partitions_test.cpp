@@ -24,6 +24,7 @@
 #include "bridges/dds/sample_port.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -115,7 +116,7 @@ struct Requests : dds::GatewayHandler {
 class Partitions : public testing::Test {
  protected:
   void start(bool partitions) {
-    dds::GatewayOptions options{"plant", 1, domain(), LOOPBACK_PROFILES, {"press"}};
+    dds::GatewayOptions options{"plant", 1, domain(), paths::kLoopbackProfiles, {"press"}};
     options.last_words = Duration::zero();
     options.renew_after = 20;  // the writers that replace others have the same partitions
     options.partitions = partitions;
@@ -154,7 +155,7 @@ class Partitions : public testing::Test {
 
 TEST_F(Partitions, AReaderReceivesTheLineOfItsPartition) {
   ASSERT_NO_FATAL_FAILURE(start(true));
-  dds::Endpoints endpoints("reader", domain(), LOOPBACK_PROFILES, diagnostics);
+  dds::Endpoints endpoints("reader", domain(), paths::kLoopbackProfiles, diagnostics);
   Readers all(endpoints, "");
   Readers of_gateway(endpoints, "plant/*");
   Readers of_press(endpoints, "plant/press");
@@ -173,7 +174,7 @@ TEST_F(Partitions, AReaderReceivesTheLineOfItsPartition) {
 
 TEST_F(Partitions, RequestsAreReceivedInThePartitionOfALineAndInTheDefaultOne) {
   ASSERT_NO_FATAL_FAILURE(start(true));
-  dds::Endpoints endpoints("client", domain(), LOOPBACK_PROFILES, diagnostics);
+  dds::Endpoints endpoints("client", domain(), paths::kLoopbackProfiles, diagnostics);
   Readers of_press(endpoints, "plant/press");
   std::map<std::string, eprosima::fastdds::dds::DataWriter*> writers{
       {"default", endpoints.writer<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST)}};
@@ -254,7 +255,7 @@ TEST(LinesOfClients, AreNamedWithTheirGatewayAndWithoutWildcards) {
 
 TEST_F(Partitions, WithoutThemEverythingIsInTheDefaultPartition) {
   ASSERT_NO_FATAL_FAILURE(start(false));
-  dds::Endpoints endpoints("reader", domain(), LOOPBACK_PROFILES, diagnostics);
+  dds::Endpoints endpoints("reader", domain(), paths::kLoopbackProfiles, diagnostics);
   Readers all(endpoints, "");
   Readers of_press(endpoints, "plant/press");
   EXPECT_TRUE(eventually([&] {
@@ -267,7 +268,7 @@ TEST_F(Partitions, WithoutThemEverythingIsInTheDefaultPartition) {
 
 // A line that is added has writers of its own, whose liveliness another thread asserts.
 TEST(SamplePorts, ALineIsAddedWhileAnotherThreadWaitsForRequests) {
-  dds::GatewayOptions options{"plant", 1, domain(), LOOPBACK_PROFILES, {"press"}};
+  dds::GatewayOptions options{"plant", 1, domain(), paths::kLoopbackProfiles, {"press"}};
   options.last_words = Duration::zero();
   options.partitions = true;
   auto made = dds::make_local_port(options);

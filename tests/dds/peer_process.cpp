@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "tests/dds/own_domain.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 
@@ -56,8 +57,8 @@ Peer::Peer(const std::string& role, const std::string& profiles, Freed freed) {
   if (pid_ == 0) {
     ::dup2(in[0], STDIN_FILENO);
     ::dup2(out[1], STDOUT_FILENO);
-    ::execle(DDS_PEER, DDS_PEER, role.c_str(), number.c_str(), profiles.c_str(), nullptr,
-             pointers.data());
+    ::execle(paths::kDdsPeer, paths::kDdsPeer, role.c_str(), number.c_str(), profiles.c_str(),
+             nullptr, pointers.data());
     ::_exit(127);
   }
   ::close(in[0]);

@@ -11,6 +11,8 @@
 
 #include <sys/types.h>
 
+#include "tests/paths.h"
+
 namespace linegate::test {
 
 // The domain of this test process: own_domain.h.
@@ -23,7 +25,7 @@ enum class Freed { kept, released };
 class Peer {
  public:
   // Starts dds_peer with that role in domain().
-  explicit Peer(const std::string& role, const std::string& profiles = LOOPBACK_PROFILES,
+  explicit Peer(const std::string& role, const std::string& profiles = paths::kLoopbackProfiles,
                 Freed freed = Freed::kept);
   ~Peer();
   Peer(const Peer&) = delete;

@@ -19,6 +19,7 @@
 #include "bridges/dds/publisher.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -77,7 +78,7 @@ TEST(Profiles, MulticastIsRefused) {
 }
 
 TEST(Profiles, ABadDomainIsTold) {
-  auto made = dds::GatewayBridge::make({"g", 1, 233, LOOPBACK_PROFILES, {}});
+  auto made = dds::GatewayBridge::make({"g", 1, 233, paths::kLoopbackProfiles, {}});
   ASSERT_FALSE(made.ok());
   EXPECT_NE(made.diagnostics.at(0).text.find("domain 233 is above 232"), std::string::npos);
 }
@@ -111,7 +112,7 @@ class WritersInDomain : public fast::DomainParticipantListener {
 
 // Fast DDS 2.9 may deadlock when a reader of a reliable volatile writer leaves.
 TEST(Profiles, NoWriterOfAGatewayIsVolatile) {
-  auto gateway = dds::GatewayBridge::make({"g", 1, domain(), LOOPBACK_PROFILES, {"line"}});
+  auto gateway = dds::GatewayBridge::make({"g", 1, domain(), paths::kLoopbackProfiles, {"line"}});
   ASSERT_TRUE(gateway.ok());
   auto* factory = fast::DomainParticipantFactory::get_instance();
   fast::DomainParticipantQos qos;
@@ -385,7 +386,7 @@ TEST(ExposureOfProfiles, ASecuredParticipantIsNotOpen) {
 }
 
 TEST(ExposureOfProfiles, TheLoopbackProfilesOfTheTestsAreNotOpen) {
-  EXPECT_TRUE(dds::open_transports(LOOPBACK_PROFILES).empty());
+  EXPECT_TRUE(dds::open_transports(paths::kLoopbackProfiles).empty());
 }
 
 TEST(ProfileCheck, BuiltInTransportsHaveNoFindings) {

@@ -16,6 +16,7 @@
 #include "bridges/dds/publisher.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -72,7 +73,8 @@ struct Writers {
 class Renewal : public testing::Test {
  protected:
   void SetUp() override {
-    dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
+    dds::GatewayOptions options{
+        known::kGateway, 1, domain(), paths::kLoopbackProfiles, {known::kLine}};
     options.renew_after = kRenewAfter;
     auto made = dds::GatewayBridge::make(options);
     ASSERT_TRUE(made.ok());
@@ -109,7 +111,7 @@ class Renewal : public testing::Test {
 TEST_F(Renewal, ReadersLoseNothing) {
   constexpr std::size_t kWriters = 3;
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints raw("raw", domain(), LOOPBACK_PROFILES, diagnostics);
+  dds::Endpoints raw("raw", domain(), paths::kLoopbackProfiles, diagnostics);
   Writers<v1::LineStatePubSubType> lines(raw, v1::TOPIC_LINE_STATE);
   Writers<v1::NodeStatePubSubType> nodes(raw, v1::TOPIC_NODE_STATE);
   Writers<v1::ProcessImagePubSubType> images(raw, v1::TOPIC_PROCESS_IMAGE);
@@ -156,7 +158,7 @@ TEST_F(Renewal, ALineThatEndsWhileAWriterIsReplacedIsGone) {
 
 // The built-in profiles, with room for that many PDOs.
 std::string profiles_with_pdos(int most) {
-  std::ifstream file(LOOPBACK_PROFILES);
+  std::ifstream file(paths::kLoopbackProfiles);
   std::string text{std::istreambuf_iterator<char>(file), {}};
   const std::string limit = std::to_string(most);
   const std::size_t profile = text.find("<data_writer profile_name=\"linegate/v1/PdoUpdate\">");

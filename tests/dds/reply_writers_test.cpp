@@ -15,6 +15,7 @@
 #include "bridges/dds/endpoints.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -51,8 +52,8 @@ class ReplyWritersTest : public testing::Test {
   }
 
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints gateway{"gateway", domain(), LOOPBACK_PROFILES, diagnostics};
-  dds::Endpoints client{"client", domain(), LOOPBACK_PROFILES, diagnostics};
+  dds::Endpoints gateway{"gateway", domain(), paths::kLoopbackProfiles, diagnostics};
+  dds::Endpoints client{"client", domain(), paths::kLoopbackProfiles, diagnostics};
   ReplyWriters writers{gateway, 8'000'000, true};
   const Instant start{std::chrono::seconds(1'000)};
 };

@@ -16,13 +16,14 @@
 
 #include "tests/dds/fixtures.h"
 #include "tests/dds/late_reader.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
 
 TEST(RequestLifetime, AReaderThatComesLaterReceivesNoOldRequest) {
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints endpoints("reader", domain(), LOOPBACK_PROFILES, diagnostics);
+  dds::Endpoints endpoints("reader", domain(), paths::kLoopbackProfiles, diagnostics);
   LateReader reader(endpoints);
   dds::ClientOptions options = client_options("hall-a routes");
   options.of_gateway = true;

@@ -12,6 +12,7 @@
 #include "bridges/dds/publisher.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -42,8 +43,8 @@ struct Senders : dds::GatewayHandler {
 };
 
 TEST(Senders, AreParticipantsAndTheirHosts) {
-  auto made =
-      dds::GatewayBridge::make({known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}});
+  auto made = dds::GatewayBridge::make(
+      {known::kGateway, 1, domain(), paths::kLoopbackProfiles, {known::kLine}});
   ASSERT_TRUE(made.ok());
   const auto bridge = std::move(*made.value);
   Senders senders;

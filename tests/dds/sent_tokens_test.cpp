@@ -22,6 +22,7 @@
 #include "gateway/security/files.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -41,7 +42,7 @@ class SentTokens : public testing::Test {
 
   std::unique_ptr<dds::Endpoints> join(const char* identity) {
     return std::make_unique<dds::Endpoints>(
-        identity, domain(), LOOPBACK_PROFILES, diagnostics_, true, 0,
+        identity, domain(), paths::kLoopbackProfiles, diagnostics_, true, 0,
         dds::security_with(security::files_in((plant_ / identity).string())));
   }
   // Makes participants that read the topic until one receives the sample, and ends it.

@@ -11,6 +11,7 @@
 #include "bridges/dds/publisher.h"
 
 #include "tests/dds/fixtures.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -147,7 +148,8 @@ struct NoRequests : dds::GatewayHandler {
 TEST(Subscribers, TheEndOfOneOfTwoGatewaysIsDetectedBeforeItsLeaseEnds) {
   Peer killed("gateway");
   ASSERT_FALSE(killed.expect("ready").empty());
-  auto made = dds::GatewayBridge::make({"another", 1, domain(), LOOPBACK_PROFILES, {known::kLine}});
+  auto made =
+      dds::GatewayBridge::make({"another", 1, domain(), paths::kLoopbackProfiles, {known::kLine}});
   ASSERT_TRUE(made.ok());
   const auto another = *std::move(made.value);
   const auto client = make_client(client_options());
@@ -192,8 +194,8 @@ class Publishing : public testing::Test {
   }
 
   void start_gateway() {
-    auto made =
-        dds::GatewayBridge::make({known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}});
+    auto made = dds::GatewayBridge::make(
+        {known::kGateway, 1, domain(), paths::kLoopbackProfiles, {known::kLine}});
     ASSERT_TRUE(made.ok());
     bridge = std::move(*made.value);
   }

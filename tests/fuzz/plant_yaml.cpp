@@ -10,11 +10,12 @@
 #include "stack/line/line.h"
 
 #include "tests/fuzz/expect.h"
+#include "tests/paths.h"
 
 namespace {
 
 // Device files are found relative to this path, as for the sample plants.
-const std::string kFile = LINEGATE_SOURCE_DIR "/deploy/plants/fuzz.yaml";
+const std::string kFile = paths::in_repository("deploy/plants/fuzz.yaml");
 
 }  // namespace
 

@@ -11,6 +11,8 @@
 #include "gateway/config/plant.h"
 #include "stack/line/line.h"
 
+#include "tests/paths.h"
+
 namespace linegate::gateway {
 
 // Where DDS runs in this program of tests.
@@ -26,7 +28,7 @@ inline PlaceOfDds& place_of_dds() {
 
 // A plant from text. Device file names are relative to the root of the repository.
 inline config::Plant make_plant(const std::string& text) {
-  auto loaded = config::read(text, LINEGATE_SOURCE_DIR "/plant.yaml");
+  auto loaded = config::read(text, paths::in_repository("plant.yaml"));
   for (const auto& diagnostic : loaded.diagnostics) {
     ADD_FAILURE() << to_string(diagnostic);
   }

@@ -9,12 +9,14 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/paths.h"
+
 namespace linegate::plant {
 namespace {
 
 std::vector<std::filesystem::path> scenario_files() {
   std::vector<std::filesystem::path> out;
-  for (const auto& file : std::filesystem::directory_iterator(LINEGATE_SCENARIOS)) {
+  for (const auto& file : std::filesystem::directory_iterator(paths::kScenarios)) {
     if (file.path().extension() == ".plant") {
       out.push_back(file.path());
     }

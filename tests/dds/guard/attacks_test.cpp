@@ -14,6 +14,7 @@
 #include "tests/dds/guard/datagram.h"
 #include "tests/dds/guard/forger.h"
 #include "tests/dds/sanitizers.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -65,7 +66,8 @@ class Lines : public dds::ClientListener {
 
 class Attack : public testing::Test {
  protected:
-  explicit Attack(Freed freed = Freed::kept) : gateway("gateway", LOOPBACK_PROFILES, freed) {}
+  explicit Attack(Freed freed = Freed::kept)
+      : gateway("gateway", paths::kLoopbackProfiles, freed) {}
 
   void SetUp() override {
     ASSERT_FALSE(gateway.expect("ready").empty());
@@ -122,7 +124,7 @@ class Attack : public testing::Test {
 
   Peer gateway;
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints endpoints{"live", domain(), LOOPBACK_PROFILES, diagnostics};
+  dds::Endpoints endpoints{"live", domain(), paths::kLoopbackProfiles, diagnostics};
   eprosima::fastdds::dds::DataWriter* outputs = nullptr;
   dds::guard::Guid victim{};  // the writer of outputs
   Forger forger;
@@ -348,7 +350,7 @@ TEST(GuardedSystem, NothingOfItIsDropped) {
 // them.
 TEST(GuardedSystem, ALateJoinerOfAnOldWriterGetsItsData) {
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints endpoints("old", domain(), LOOPBACK_PROFILES, diagnostics);
+  dds::Endpoints endpoints("old", domain(), paths::kLoopbackProfiles, diagnostics);
   auto* outputs = endpoints.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
   ASSERT_NE(outputs, nullptr);
   v1::OutputWrite sample;
@@ -373,7 +375,7 @@ TEST(GuardedSystem, ALateJoinerOfAnOldWriterGetsItsData) {
 // numbers.
 TEST(GuardedSystem, ALateJoinerOfAHistoryWithAHoleGetsItsData) {
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints endpoints("old", domain(), LOOPBACK_PROFILES, diagnostics);
+  dds::Endpoints endpoints("old", domain(), paths::kLoopbackProfiles, diagnostics);
   auto* as_configured = endpoints.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
   ASSERT_NE(as_configured, nullptr);
   eprosima::fastdds::dds::DataWriterQos qos = as_configured->get_qos();

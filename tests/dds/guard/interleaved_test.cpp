@@ -17,6 +17,7 @@
 #include "tests/dds/fixtures.h"
 #include "tests/dds/guard/datagram.h"
 #include "tests/dds/guard/forger.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -91,7 +92,7 @@ class Interleaved : public testing::TestWithParam<const char*> {
 
   Peer gateway_{GetParam()};
   std::vector<Diagnostic> diagnostics_;
-  dds::Endpoints endpoints_{"live", domain(), LOOPBACK_PROFILES, diagnostics_};
+  dds::Endpoints endpoints_{"live", domain(), paths::kLoopbackProfiles, diagnostics_};
   eprosima::fastdds::dds::DataWriter* first_ =
       endpoints_.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
   eprosima::fastdds::dds::DataWriter* second_ =

@@ -17,6 +17,7 @@
 #include "tests/dds/fixtures.h"
 #include "tests/dds/guard/datagram.h"
 #include "tests/dds/guard/forger.h"
+#include "tests/paths.h"
 
 namespace linegate::test {
 namespace {
@@ -27,7 +28,7 @@ using dds::guard::Reason;
 class Secured : public testing::Test {
  protected:
   void SetUp() override {
-    const std::string make = std::string(MAKE_IDENTITIES) + " '" + folder + "'";
+    const std::string make = std::string(paths::kMakeIdentities) + " '" + folder + "'";
     ASSERT_EQ(std::system(make.c_str()), 0);
     write_profiles("gateway");
     write_profiles("operator");
@@ -40,7 +41,7 @@ class Secured : public testing::Test {
 
   // The loopback profiles with the identity of that name.
   void write_profiles(const std::string& name) const {
-    std::ifstream in(LOOPBACK_PROFILES);
+    std::ifstream in(paths::kLoopbackProfiles);
     std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
     const std::string participant = "<participant profile_name=\"linegate\">";
     const std::size_t at = text.find("<rtps>", text.find(participant));

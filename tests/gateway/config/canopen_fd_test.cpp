@@ -12,6 +12,8 @@
 #include "bridges/sim/device.h"
 #include "gateway/config/plant.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -27,7 +29,7 @@ std::string fd_findings(const Loaded<Plant>& loaded) {
 }
 
 Loaded<Plant> read_fd(const std::string& text) {
-  return read("schema: 1\n" + text, std::string(LINEGATE_SOURCE_DIR "/") + "plant.yaml");
+  return read("schema: 1\n" + text, paths::in_repository("plant.yaml"));
 }
 
 // Replaces the first `from` after that section begins.

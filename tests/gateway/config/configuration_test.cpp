@@ -12,13 +12,15 @@
 #include "stack/line/line.h"
 #include "stack/manager/plan.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-const std::string kEds = LINEGATE_SOURCE_DIR "/bridges/sim/eds/drive.eds";
+const std::string kEds = paths::in_repository("bridges/sim/eds/drive.eds");
 
 class Configuration : public testing::Test {
  protected:

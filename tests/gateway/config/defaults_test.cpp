@@ -19,10 +19,12 @@
 
 #include "gateway/config/plant.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
-const std::string kDriveFile = LINEGATE_SOURCE_DIR "/bridges/sim/eds/drive.eds";
+const std::string kDriveFile = paths::in_repository("bridges/sim/eds/drive.eds");
 
 std::string value_text(const std::string& value) {
   return value;
@@ -485,7 +487,7 @@ std::string as_written(const std::string& value) {
 // For each key: its absence and its default have the same effect, and another value has another
 // one, so that the comparison is of the key.
 TEST_F(Defaults, OfTheSchemaAreThoseOfTheLoader) {
-  const YAML::Node schema = YAML::LoadFile(LINEGATE_SOURCE_DIR "/deploy/plant.schema.json");
+  const YAML::Node schema = YAML::LoadFile(paths::in_repository("deploy/plant.schema.json"));
   collect(schema, "");
   for (const auto& definition : schema["$defs"])
     collect(definition.second, definition.first.Scalar());

@@ -9,6 +9,8 @@
 #include "gateway/config/plant.h"
 #include "stack/line/line.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -18,7 +20,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-const std::string kDevicesRoot = LINEGATE_SOURCE_DIR "/";
+const std::string kDevicesRoot = paths::in_repository("");
 
 Loaded<Plant> read_devices(const std::string& text) {
   return read(text, kDevicesRoot + "plant.yaml");

@@ -9,13 +9,15 @@
 #include "gateway/config/plant.h"
 #include "stack/line/line.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-const std::string kForwardRoot = LINEGATE_SOURCE_DIR "/";
+const std::string kForwardRoot = paths::in_repository("");
 
 Loaded<Plant> read_forwarding(const std::string& rules, const std::string& press = "",
                               const std::string& hall = "") {

@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -16,7 +18,7 @@ using testing::IsEmpty;
 
 std::vector<std::string> hints_of(const std::string& line) {
   auto loaded = read("schema: 1\nlines:\n  - {name: press, interface: 'virtual:p', " + line + "}\n",
-                     LINEGATE_SOURCE_DIR "/plant.yaml");
+                     paths::in_repository("plant.yaml"));
   EXPECT_TRUE(loaded.ok());
   add_hints(loaded);
   std::vector<std::string> out;

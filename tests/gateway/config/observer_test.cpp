@@ -8,6 +8,8 @@
 
 #include "gateway/config/plant.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -25,7 +27,7 @@ lines:
         store: all
         pdos: {tpdo2: {enabled: false}}
 )",
-                           LINEGATE_SOURCE_DIR "/plant.yaml");
+                           paths::in_repository("plant.yaml"));
   ASSERT_TRUE(loaded.ok());
   ASSERT_EQ(loaded.diagnostics.size(), 2U);
   EXPECT_THAT(to_string(loaded.diagnostics[0]),

@@ -9,6 +9,8 @@
 #include "gateway/config/plant.h"
 #include "stack/manager/plan.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -63,8 +65,9 @@ TEST_F(OwnValues, AreOfTheTypeThatTheObjectHas) {
 }
 
 TEST_F(OwnValues, PutServicesWhereNoPdoMayBe) {
-  const std::string nodes = "    nodes: [{id: 5, eds: " LINEGATE_SOURCE_DIR
-                            "/bridges/sim/eds/drive.eds, pdos: {tpdo1: {cob_id: 0x80}}}]\n";
+  const std::string nodes =
+      "    nodes: [{id: 5, eds: " +
+      paths::in_repository("bridges/sim/eds/drive.eds, pdos: {tpdo1: {cob_id: 0x80}}}]\n");
   EXPECT_FALSE(plant(nodes).ok());
   const auto moved = plant("    own_values: {1005: 0xF2}\n" + nodes);
   ASSERT_TRUE(moved.ok()) << to_string(moved.diagnostics.at(0));

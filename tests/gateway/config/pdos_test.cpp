@@ -8,6 +8,8 @@
 #include "stack/line/line.h"
 #include "stack/od/dictionary.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -22,7 +24,7 @@ std::string pdo_findings(const Loaded<Plant>& loaded) {
 }
 
 Loaded<Plant> read_pdo_plant(const std::string& text) {
-  return read(text, LINEGATE_SOURCE_DIR "/plant.yaml");
+  return read(text, paths::in_repository("plant.yaml"));
 }
 
 TEST(Plant, WritesAPdoInTheOrderOfCia301) {
@@ -222,7 +224,7 @@ lines:
         pdos: {tpdo1: {cob_id: 0x185}, rpdo1: {cob_id: 0x80}}
 )");
   EXPECT_FALSE(loaded.ok());
-  const std::string root = LINEGATE_SOURCE_DIR;
+  const std::string root = paths::kRepository;
   const std::string where = root + "/plant.yaml:7:9: error: ";
   const std::string file = " (" + root + "/bridges/sim/eds/drive.eds)\n";
   EXPECT_EQ(pdo_findings(loaded), where + "RPDO 1 of node6 has the COB-ID of SYNC" + file + where +

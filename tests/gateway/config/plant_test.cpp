@@ -11,12 +11,14 @@
 #include "stack/line/line.h"
 #include "stack/od/dictionary.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
 using namespace std::chrono_literals;
 
-const std::string kRoot = LINEGATE_SOURCE_DIR "/";
+const std::string kRoot = paths::in_repository("");
 
 Loaded<Plant> read_text(const std::string& text) {
   return read(text, kRoot + "plant.yaml");

@@ -10,10 +10,12 @@
 
 #include "gateway/config/plant.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
-const std::string kRepository = LINEGATE_SOURCE_DIR "/";
+const std::string kRepository = paths::in_repository("");
 
 YAML::Node load_schema() {
   return YAML::LoadFile(kRepository + "deploy/plant.schema.json");  // JSON is YAML

@@ -7,6 +7,8 @@
 #include "gateway/config/plant.h"
 #include "stack/sdo/client.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -16,7 +18,7 @@ TEST(SdoSection, BlockTransferOfANodeMayBeLimited) {
         "schema: 1\nlines:\n  - name: a\n    interface: 'virtual:x'\n    nodes:\n"
         "      - {id: 5, eds: bridges/sim/eds/drive.eds, sdo: {block: " +
             block + "}}\n",
-        LINEGATE_SOURCE_DIR "/plant.yaml");
+        paths::in_repository("plant.yaml"));
   };
   for (const auto& [text, from] :
        {std::pair("4096", std::uint32_t{4096}), std::pair("never", sdo::kNoBlocks)}) {

@@ -11,6 +11,8 @@
 
 #include "gateway/config/plant.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -28,7 +30,7 @@ class SourceTest : public testing::Test {
  protected:
   SourceTest() {
     std::filesystem::create_directory(folder_);
-    std::filesystem::copy_file(LINEGATE_SOURCE_DIR "/bridges/sim/eds/digital-io.eds",
+    std::filesystem::copy_file(paths::in_repository("bridges/sim/eds/digital-io.eds"),
                                folder_ / "io.eds");
   }
   ~SourceTest() override { std::filesystem::remove_all(folder_); }

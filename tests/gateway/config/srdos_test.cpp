@@ -12,6 +12,8 @@
 #include "stack/line/line.h"
 #include "stack/srdo/parameters.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -22,7 +24,7 @@ Loaded<Plant> read_srdo_plant(const std::string& keys, const std::string& of_lin
   return read("schema: 1\nlines:\n  - name: a\n    interface: \"simulated:\"\n" + of_line +
                   "    nodes:\n      - {id: 5, name: gate, eds: tests/gateway/config/gate.eds" +
                   keys + "}\n",
-              LINEGATE_SOURCE_DIR "/plant.yaml");
+              paths::in_repository("plant.yaml"));
 }
 
 std::string srdo_findings(const Loaded<Plant>& loaded) {
@@ -150,7 +152,7 @@ lines:
 forward:
   - {from: a.gate.Door state in SRDO 2, to: "b.io.6200:1", when_lost: zero}
 )",
-      LINEGATE_SOURCE_DIR "/plant.yaml");
+      paths::in_repository("plant.yaml"));
   ASSERT_TRUE(loaded.ok()) << srdo_findings(loaded);
   ASSERT_EQ(loaded.value->bindings.size(), 1U);
   EXPECT_EQ(loaded.value->bindings[0].input.pdo, image::kFirstSrdo + 1);

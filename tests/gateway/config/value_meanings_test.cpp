@@ -10,6 +10,8 @@
 #include "gateway/config/plant.h"
 #include "stack/line/line.h"
 
+#include "tests/paths.h"
+
 namespace linegate::config {
 namespace {
 
@@ -17,7 +19,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const std::string kAnalogEds = LINEGATE_SOURCE_DIR "/bridges/sim/eds/analog-io.eds";
+const std::string kAnalogEds = paths::in_repository("bridges/sim/eds/analog-io.eds");
 
 Loaded<Plant> plant_of_values(const std::string& values, const std::string& line = "") {
   return read("schema: 1\nlines:\n  - name: press\n    interface: \"simulated:\"\n" + line +

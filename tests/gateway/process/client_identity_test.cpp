@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "tests/gateway/process/gateway_fixture.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 namespace {
@@ -30,7 +31,7 @@ class ClientIdentityTest : public GatewayTest {
     dds::ClientOptions options;
     options.name = name;
     options.domain = test::own_domain();
-    options.profile_file = LOOPBACK_PROFILES;
+    options.profile_file = paths::kLoopbackProfiles;
     options.outputs = true;
     auto made = dds::Client::make(options);
     return made.ok() ? std::move(*made.value) : nullptr;

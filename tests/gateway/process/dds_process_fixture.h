@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "tests/gateway/process/gateway_fixture.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 
@@ -91,7 +92,7 @@ class DdsProcessTest : public GatewayTest {
     ASSERT_NE(dds_process(), 0);
     dds::ClientOptions options;
     options.domain = test::own_domain();
-    options.profile_file = LOOPBACK_PROFILES;
+    options.profile_file = paths::kLoopbackProfiles;
     options.outputs = true;
     auto made = dds::Client::make(options);
     ASSERT_TRUE(made.ok());
@@ -169,7 +170,7 @@ class DdsFaultsTest : public DdsProcessTest {
   // A busy machine needs more than kBack to fill the memory that is permitted otherwise.
   std::string text() const override { return plant_text(", memory: 150MB"); }
   void SetUp() override {
-    setenv("LD_PRELOAD", DDS_FAULTS, 1);
+    setenv("LD_PRELOAD", paths::kDdsFaults, 1);
     DdsProcessTest::SetUp();
   }
   void TearDown() override { unsetenv("LD_PRELOAD"); }

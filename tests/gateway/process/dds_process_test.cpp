@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "tests/gateway/process/dds_process_fixture.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 namespace {
@@ -78,7 +79,7 @@ TEST_F(DdsProcessTest, ASubscriberThatStartsAfterARestartReceivesEverything) {
   ASSERT_TRUE(back_after(first));
   dds::ClientOptions options;
   options.domain = test::own_domain();
-  options.profile_file = LOOPBACK_PROFILES;
+  options.profile_file = paths::kLoopbackProfiles;
   auto late = dds::Client::make(options);
   ASSERT_TRUE(late.ok());
   GatewayListener seen;

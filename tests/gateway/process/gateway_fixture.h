@@ -18,6 +18,7 @@
 #include "tests/dds/own_domain.h"
 #include "tests/gateway/plans.h"
 #include "tests/gateway/process/gateway_listener.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 
@@ -26,7 +27,8 @@ inline constexpr Duration kPatience = std::chrono::seconds(20);
 // `dds` has further keys of `dds:`, each behind a comma.
 inline std::string plant_text(const std::string& dds = {}) {
   return "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(test::own_domain()) +
-         ", process: " + place_of_dds().process + ", profile: " + LOOPBACK_PROFILES + dds + R"(}
+         ", process: " + place_of_dds().process + ", profile: " + paths::kLoopbackProfiles + dds +
+         R"(}
 lines:
   - name: open
     interface: "simulated:"
@@ -63,7 +65,7 @@ class GatewayTest : public testing::Test {
     gateway_->start();
     dds::ClientOptions options;
     options.domain = test::own_domain();
-    options.profile_file = LOOPBACK_PROFILES;
+    options.profile_file = paths::kLoopbackProfiles;
     options.outputs = true;
     auto client = dds::Client::make(options);
     ASSERT_TRUE(client.ok());

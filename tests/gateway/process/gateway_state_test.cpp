@@ -18,6 +18,7 @@
 
 #include "tests/dds/own_domain.h"
 #include "tests/gateway/plans.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 namespace {
@@ -28,7 +29,8 @@ using namespace std::chrono_literals;
 std::string plant_of(unsigned lines) {
   std::string text =
       "schema: 1\ngateway: {name: state}\ndds: {domain: " + std::to_string(test::own_domain()) +
-      ", process: " + place_of_dds().process + ", profile: " + LOOPBACK_PROFILES + "}\nlines:\n";
+      ", process: " + place_of_dds().process + ", profile: " + paths::kLoopbackProfiles +
+      "}\nlines:\n";
   for (unsigned i = 1; i <= lines; ++i) {
     text += "  - {name: line" + std::to_string(i) + ", interface: \"virtual:state" +
             std::to_string(i) + "\"}\n";
@@ -64,7 +66,7 @@ class GatewayStateTest : public testing::Test {
     gateway->start();
     dds::ClientOptions options;
     options.domain = test::own_domain();
-    options.profile_file = LOOPBACK_PROFILES;
+    options.profile_file = paths::kLoopbackProfiles;
     auto client_made = dds::Client::make(options);
     ASSERT_TRUE(client_made.ok());
     client = std::move(*client_made.value);

@@ -19,6 +19,7 @@
 #include "tests/gateway/log_keeper.h"
 #include "tests/gateway/plans.h"
 #include "tests/gateway/process/gateway_fixture.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 namespace {
@@ -189,7 +190,7 @@ TEST_F(LoggedGatewayTest, TellsOfOutputsForALineThatDoesNotExist) {
 
 TEST_F(LoggedGatewayTest, TellsOfAnotherGatewayOfItsName) {
   const auto other = dds::GatewayBridge::make(
-      {.gateway = "test", .domain = test::own_domain(), .profile_file = LOOPBACK_PROFILES});
+      {.gateway = "test", .domain = test::own_domain(), .profile_file = paths::kLoopbackProfiles});
   EXPECT_TRUE(until([&] { return seen_.line_properties["namesakes"] == "1"; }));
   const std::string told = "warning another gateway is of the same name as this one";
   EXPECT_TRUE(until([&] {

@@ -35,6 +35,7 @@
 #include "tests/dds/own_domain.h"
 #include "tests/gateway/plans.h"
 #include "tests/gateway/process/gateway_listener.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 
@@ -48,10 +49,10 @@ inline constexpr std::chrono::seconds kNamedPatience{30};
 // outputs: `outputs:` of the line press, in the form of a mapping. dds: further keys of `dds:`.
 inline config::Plant named_plant(bool named, const std::string& outputs = "{}",
                                  const std::string& dds = {}) {
-  const std::string file = LINEGATE_SOURCE_DIR "/tests/bridges/named/every_type.";
+  const std::string file = paths::in_repository("tests/bridges/named/every_type.");
   return make_plant(
       "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(test::own_domain()) +
-      ", process: " + place_of_dds().process + ", profile: " + LOOPBACK_PROFILES + dds +
+      ", process: " + place_of_dds().process + ", profile: " + paths::kLoopbackProfiles + dds +
       "}\nlines:\n"
       "  - name: press\n    interface: \"virtual:named\"\n    access: all\n    named: " +
       (named ? "true" : "false") + "\n    nodes: [{id: 5, name: every, eds: " + file +
@@ -208,7 +209,7 @@ class NamedGatewayTest : public testing::Test {
     gateway_ = std::move(*made.value);
     gateway_->start();
     auto client = dds::Client::make(
-        {.domain = test::own_domain(), .profile_file = LOOPBACK_PROFILES, .outputs = true});
+        {.domain = test::own_domain(), .profile_file = paths::kLoopbackProfiles, .outputs = true});
     ASSERT_TRUE(client.ok());
     client_ = std::move(*client.value);
     ASSERT_TRUE(until([&] {

@@ -28,6 +28,7 @@
 #include "tests/gateway/plans.h"
 #include "tests/gateway/process/gateway_listener.h"
 #include "tests/gateway/security/rights_table.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 namespace {
@@ -131,8 +132,8 @@ class CommandRights : public testing::Test {
     std::string out =
         "schema: 1\ngateway: {name: plant}\ndds: {domain: " + std::to_string(test::own_domain()) +
         ", process: " + place_of_dds().process +
-        ", profile: " LOOPBACK_PROFILES ", security: " + (authority / "plant").string() +
-        "}\nlines:\n";
+        ", profile: " + std::string(paths::kLoopbackProfiles) +
+        ", security: " + (authority / "plant").string() + "}\nlines:\n";
     for (const auto& [name, access] : kLines) {
       out += "  - name: " + name + "\n    interface: \"simulated:\"\n    sdo_timeout: 500ms\n" +
              "    access: " + access +
@@ -150,7 +151,7 @@ class CommandRights : public testing::Test {
       seen_ = {};
       dds::ClientOptions options;
       options.domain = test::own_domain();
-      options.profile_file = LOOPBACK_PROFILES;
+      options.profile_file = paths::kLoopbackProfiles;
       options.outputs = true;
       options.security = dds::security_with(security::files_in((authority / name).string()));
       options.security.right = role + "/" + name;

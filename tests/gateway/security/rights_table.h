@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/paths.h"
+
 namespace linegate::security {
 
 // The text of a cell by the first cell of its row and the head of its column.
@@ -29,7 +31,7 @@ inline std::vector<std::string> cells_of(const std::string& row) {
 
 // The first table (Markdown) below that heading.
 inline Table table_below(const std::string& heading) {
-  std::ifstream in(LINEGATE_SOURCE_DIR "/deploy/SECURITY.md");
+  std::ifstream in(paths::in_repository("deploy/SECURITY.md"));
   std::string row;
   while (std::getline(in, row) && row != heading) {
   }

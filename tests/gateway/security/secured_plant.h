@@ -20,6 +20,7 @@
 #include "gateway/security/authority.h"
 
 #include "tests/gateway/process/named_fixture.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 
@@ -70,7 +71,7 @@ class SecuredPlant : public testing::Test {
       seen_ = {};
       dds::ClientOptions options;
       options.domain = test::own_domain();
-      options.profile_file = LOOPBACK_PROFILES;
+      options.profile_file = paths::kLoopbackProfiles;
       options.commands = false;
       options.security = dds::security_with(security::files_in(identity("victor")));
       auto made = dds::Client::make(options);

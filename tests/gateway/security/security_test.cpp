@@ -26,6 +26,8 @@
 #include "gateway/security/peer_certificates.h"
 #include "gateway/security/revoked_names.h"
 
+#include "tests/paths.h"
+
 namespace linegate::security {
 namespace {
 
@@ -829,7 +831,7 @@ TEST_F(Check, PermissionsOfAnEarlierVersionDoNotSufficeForNamedTopics) {
 }
 
 TEST(Documents, EachTopicOfTheContractHasItsPlace) {
-  const std::string idl = content(LINEGATE_SOURCE_DIR "/idl/linegate.idl");
+  const std::string idl = content(paths::in_repository("idl/linegate.idl"));
   const std::regex topic("\"(linegate/v1/[A-Za-z]+)\"");
   const std::string gateway = permissions({.name = "g", .role = Role::gateway}, "s", "a", "b");
   unsigned topics = 0;

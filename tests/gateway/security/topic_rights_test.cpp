@@ -38,6 +38,7 @@
 #include "tests/dds/own_domain.h"
 #include "tests/gateway/plans.h"
 #include "tests/gateway/security/rights_table.h"
+#include "tests/paths.h"
 
 namespace linegate::security {
 namespace {
@@ -85,7 +86,8 @@ class Member {
   Member(std::string name, const dds::Security& security, const Partitions& own,
          const Partitions& other)
       : name_(std::move(name)),
-        endpoints_(name_, test::own_domain(), LOOPBACK_PROFILES, diagnostics_, true, 0, security) {
+        endpoints_(name_, test::own_domain(), paths::kLoopbackProfiles, diagnostics_, true, 0,
+                   security) {
     add<v1::GatewayStatePubSubType>(v1::TOPIC_GATEWAY_STATE);
     add<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE);
     add<v1::NodeStatePubSubType>(v1::TOPIC_NODE_STATE);

@@ -14,10 +14,12 @@
 #include "gateway/runtime/exit_code.h"
 #include "gateway/tools/json_text.h"
 
+#include "tests/paths.h"
+
 namespace linegate::gateway {
 namespace {
 
-const std::string kDemo = LINEGATE_SOURCE_DIR "/deploy/plants/demo.yaml";
+const std::string kDemo = paths::in_repository("deploy/plants/demo.yaml");
 
 bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -171,7 +173,7 @@ TEST(Check, SaysTheSameAsJson) {
 }
 
 TEST(Check, SaysWhichDevicesALineIsAndWhatFollowsWhat) {
-  const auto loaded = config::load(LINEGATE_SOURCE_DIR "/deploy/plants/below-a-plc.yaml");
+  const auto loaded = config::load(paths::in_repository("deploy/plants/below-a-plc.yaml"));
   ASSERT_TRUE(loaded.ok());
   const std::string text = describe(*loaded.value);
   EXPECT_TRUE(contains(text, "device with 2 devices, network-ID 2")) << text;
@@ -213,7 +215,7 @@ std::string observed_node(const std::string& role) {
       - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, heartbeat: 200ms, mandatory: true, boot_timeout: 3s,
          objects: {6206:1: 4}}
 )",
-      LINEGATE_SOURCE_DIR "/x.yaml");
+      paths::in_repository("x.yaml"));
   EXPECT_TRUE(loaded.ok());
   EXPECT_TRUE(YAML::Load(to_json(loaded))["lines"][0]["nodes"][0]["observed"].as<bool>());
   return describe(*loaded.value);
@@ -296,7 +298,7 @@ TEST(Check, SaysWhatTheBootProcessCompares) {
 lines:
   - {name: a, interface: 'virtual:p', nodes: [{id: 5, name: io, eds: bridges/sim/eds/digital-io.eds}]}
 )",
-                             LINEGATE_SOURCE_DIR "/x.yaml");
+                             paths::in_repository("x.yaml"));
   ASSERT_TRUE(loaded.ok());
   EXPECT_TRUE(
       contains(describe(*loaded.value), "identity by device type, vendor, product, revision"));
@@ -402,7 +404,7 @@ TEST(Check, SaysThatALineIsOfCanopenFd) {
       "schema: 1\nlines: [{name: a, interface: 'simulated:', canopen_fd: true, data_bit_rate: "
       "5Mbit, "
       "usdo_abort: four-bytes, nodes: [{id: 5, eds: bridges/sim/eds/fd-io.eds}]}]\n",
-      LINEGATE_SOURCE_DIR "/plant.yaml");
+      paths::in_repository("plant.yaml"));
   ASSERT_TRUE(loaded.ok());
   const std::string text = describe(*loaded.value);
   EXPECT_TRUE(
@@ -426,7 +428,7 @@ lines:
     named: {min_separation: 50ms, ros2: true, aliases: {ram.6041: State}}
     nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]
 )",
-                                   LINEGATE_SOURCE_DIR "/plant.yaml");
+                                   paths::in_repository("plant.yaml"));
   ASSERT_TRUE(loaded.ok());
   const std::string text = describe(*loaded.value);
   EXPECT_TRUE(contains(
@@ -456,7 +458,7 @@ lines:
         - {name: drives, written_by: named, entries: [ram.6040]}
         - {name: modes, entries: [ram.6060]}
 )",
-                                   LINEGATE_SOURCE_DIR "/plant.yaml");
+                                   paths::in_repository("plant.yaml"));
   ASSERT_TRUE(loaded.ok());
   const std::string text = describe(*loaded.value);
   EXPECT_TRUE(contains(text,
@@ -479,7 +481,7 @@ lines:
     interface: "simulated:"
     nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]
 )",
-                                   LINEGATE_SOURCE_DIR "/plant.yaml");
+                                   paths::in_repository("plant.yaml"));
   ASSERT_TRUE(loaded.ok());
   const std::string text = describe(*loaded.value);
   EXPECT_TRUE(contains(text,
@@ -503,17 +505,18 @@ lines:
 
 TEST(Check, SaysThatALineTakesItsNodesFromAScan) {
   const std::string head = "schema: 1\nlines:\n  - {name: a, interface: 'simulated:', auto: ";
-  const auto bare = config::read(head + "true}\n", LINEGATE_SOURCE_DIR "/plant.yaml");
+  const auto bare = config::read(head + "true}\n", paths::in_repository("plant.yaml"));
   ASSERT_TRUE(bare.ok());
   EXPECT_TRUE(contains(describe(*bare.value),
                        "nodes: found by a scan at the start; nothing is written to them\n"));
   const auto more = config::read(head + "{at_start: false, set_up: true, eds: bridges/sim/eds}}\n",
-                                 LINEGATE_SOURCE_DIR "/plant.yaml");
+                                 paths::in_repository("plant.yaml"));
   ASSERT_TRUE(more.ok());
   EXPECT_TRUE(
       contains(describe(*more.value),
                "nodes: found by a scan; missing error control is configured, heartbeat 500ms; "
-               "device files in " LINEGATE_SOURCE_DIR "/bridges/sim/eds\n"));
+               "device files in " +
+                   paths::in_repository("bridges/sim/eds\n")));
 }
 
 TEST(Check, PutsFindingsIntoTheJson) {

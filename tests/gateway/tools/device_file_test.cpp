@@ -14,6 +14,7 @@
 #include "stack/od/dictionary.h"
 
 #include "tests/gateway/plans.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 namespace {
@@ -22,7 +23,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 config::Plant demo() {
-  return *config::load(LINEGATE_SOURCE_DIR "/deploy/plants/demo.yaml").value;
+  return *config::load(paths::in_repository("deploy/plants/demo.yaml")).value;
 }
 
 TEST(DeviceFile, TheEdsOfEachOwnNodeDescribesItsDictionary) {
@@ -53,7 +54,7 @@ TEST(DeviceFile, TheEdsOfEachOwnNodeDescribesItsDictionary) {
 
 TEST(DeviceFile, TheEdsOfADeviceOfTheLineIsForItsMaster) {
   const config::Plant plant =
-      *config::load(LINEGATE_SOURCE_DIR "/deploy/plants/below-a-plc.yaml").value;
+      *config::load(paths::in_repository("deploy/plants/below-a-plc.yaml")).value;
   const DeviceFile file = write_device_file(plant, "plc:panel", DeviceFileKind::eds);
   ASSERT_TRUE(file.ok) << file.content;
   const auto read = eds::load(file.content, "panel.eds", 77);
@@ -156,8 +157,8 @@ TEST(DeviceFile, TheEdsOfADeviceNeedsNoFileOfAnotherLine) {
                          "    nodes: [{id: 5, name: x, eds: missing.eds}]\n"
                          "  - name: plc\n    interface: 'virtual:plc'\n    role: device\n"
                          "    enter: hall\n"
-                         "    devices: [{id: 11, name: panel, eds: " LINEGATE_SOURCE_DIR
-                         "/bridges/sim/eds/digital-io.eds}]\n";
+                         "    devices: [{id: 11, name: panel, eds: " +
+                             paths::in_repository("bridges/sim/eds/digital-io.eds}]\n");
   testing::internal::CaptureStdout();
   const int code = print_device_file(path, "plc:panel", DeviceFileKind::eds);
   const std::string printed = testing::internal::GetCapturedStdout();
@@ -185,7 +186,7 @@ TEST(DeviceFile, WhatIsNotThereIsSaid) {
 
 TEST(DeviceFile, OfAnOwnDeviceIsNoDcf) {
   const config::Plant plant =
-      *config::load(LINEGATE_SOURCE_DIR "/deploy/plants/below-a-plc.yaml").value;
+      *config::load(paths::in_repository("deploy/plants/below-a-plc.yaml")).value;
   for (const std::string name : {"10", "panel"}) {
     const DeviceFile file = write_device_file(plant, "plc:" + name, DeviceFileKind::dcf);
     EXPECT_FALSE(file.ok);

@@ -13,6 +13,7 @@
 #include "gateway/config/whole_file.h"
 
 #include "tests/gateway/plans.h"
+#include "tests/paths.h"
 
 namespace linegate::gateway {
 namespace {
@@ -22,7 +23,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-const std::string kFolder = LINEGATE_SOURCE_DIR "/tests/bridges/named/";
+const std::string kFolder = paths::in_repository("tests/bridges/named/");
 
 config::Plant plant_in(const std::string& file) {
   auto loaded = config::load(file);
@@ -93,7 +94,7 @@ TEST_F(Ros2Folder, OfAGroupAloneIsAnError) {
 }
 
 TEST(Idl, IsOfOneDeviceOrLineOrAll) {
-  const config::Plant plant = plant_in(LINEGATE_SOURCE_DIR "/deploy/plants/demo.yaml");
+  const config::Plant plant = plant_in(paths::in_repository("deploy/plants/demo.yaml"));
   const std::string ram = idl_of(plant, "press:ram").text;
   EXPECT_THAT(ram, HasSubstr("// plant/press/ram/inputs\n"));
   EXPECT_THAT(ram, HasSubstr("// plant/press/ram/outputs\n"));
@@ -154,7 +155,7 @@ lines:
 }
 
 TEST(Idl, ReportsWhatThePlantDoesNotHave) {
-  const config::Plant plant = plant_in(LINEGATE_SOURCE_DIR "/deploy/plants/demo.yaml");
+  const config::Plant plant = plant_in(paths::in_repository("deploy/plants/demo.yaml"));
   EXPECT_THAT(idl_of(plant, "hull").errors, ElementsAre("there is no line hull"));
   EXPECT_THAT(idl_of(plant, "press:rum").errors,
               ElementsAre("press:rum has no process data in this plant"));
