@@ -425,8 +425,7 @@ class RandomFlyingLines {
 
 // LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other networks, as for the random plants.
 TEST(FlyingLines, RandomNetworksHaveOneMasterInTheEnd) {
-  const unsigned long first = from_environment("LINEGATE_PLANT_SEED", 20260401);
-  const unsigned long count = from_environment("LINEGATE_PLANT_COUNT", 200);
+  const auto [first, count] = seeds_of_run(20260401, 200);
   std::printf("random flying lines: %lu from seed %lu on\n", count, first);
   for (unsigned long seed = first; seed < first + count; ++seed) {
     ASSERT_EQ(RandomFlyingLines(seed).run(), "") << "seed " << seed;

@@ -16,8 +16,7 @@ namespace {
 TEST(RandomLssPlants, NoNodeIdIsGivenThatAnotherDeviceUses) {
   constexpr unsigned long kFirstSeed = 20260201;
   constexpr unsigned long kPlants = 120;
-  const unsigned long first = from_environment("LINEGATE_PLANT_SEED", kFirstSeed);
-  const unsigned long count = from_environment("LINEGATE_PLANT_COUNT", kPlants);
+  const auto [first, count] = seeds_of_run(kFirstSeed, kPlants);
   const bool shrinks = from_environment("LINEGATE_PLANT_SHRINK", 1) != 0;
   std::printf("random LSS plants: %lu from seed %lu on\n", count, first);
   for (unsigned long seed = first; seed < first + count; ++seed) {

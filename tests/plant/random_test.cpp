@@ -20,10 +20,10 @@ class PartOfRandomPlants : public testing::TestWithParam<unsigned> {};
 // LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other plants: a failure is repeated with its
 // seed and a count of 1. With LINEGATE_PLANT_SHRINK=0 a failing plant is not shrunken.
 TEST_P(PartOfRandomPlants, HoldsEveryOracleAndComesToRest) {
-  const unsigned long all = from_environment("LINEGATE_PLANT_COUNT", kPlants);
-  const unsigned long begin = all * GetParam() / kParts;
-  const unsigned long count = all * (GetParam() + 1) / kParts - begin;
-  const unsigned long first = from_environment("LINEGATE_PLANT_SEED", kFirstSeed) + begin;
+  const Seeds all = seeds_of_run(kFirstSeed, kPlants);
+  const unsigned long begin = all.count * GetParam() / kParts;
+  const unsigned long count = all.count * (GetParam() + 1) / kParts - begin;
+  const unsigned long first = all.first + begin;
   std::printf("random plants: %lu from seed %lu on\n", count, first);
   const bool shrinks = from_environment("LINEGATE_PLANT_SHRINK", 1) != 0;
   unsigned long frames = 0;

@@ -207,8 +207,7 @@ std::vector<std::string> history_of(const std::string& text, unsigned long seed)
 TEST(RandomTwins, AReloadOfAnotherLineIsSeenInNoFrameAndNoEvent) {
   constexpr unsigned long kFirstTwins = 20260301;
   constexpr unsigned long kTwins = 60;
-  const unsigned long first = from_environment("LINEGATE_PLANT_SEED", kFirstTwins);
-  const unsigned long count = from_environment("LINEGATE_PLANT_COUNT", kTwins);
+  const auto [first, count] = seeds_of_run(kFirstTwins, kTwins);
   std::printf("random twins: %lu from seed %lu on\n", count, first);
   for (unsigned long seed = first; seed < first + count; ++seed) {
     const auto [plain, reloaded] = TwinGenerator(seed).twins();

@@ -14,6 +14,7 @@
 #include "bridges/request/journal.h"
 
 #include "fake_link.h"
+#include "tests/plant/environment.h"
 
 namespace linegate::client {
 namespace {
@@ -226,8 +227,9 @@ TEST_F(FollowedEvents, WhatIsNoPositionIsRefused) {
 // Samples are lost, late and repeated, the journal stores late, and the application ends at any
 // moment.
 TEST_F(FollowedEvents, EachEventOnceInOrderOverRestarts) {
-  for (unsigned seed = 1; seed <= 100; ++seed) {
-    std::minstd_rand random(seed);
+  const auto [first, count] = plant::seeds_of_run(1, 100);
+  for (unsigned long seed = first; seed < first + count; ++seed) {
+    std::minstd_rand random(static_cast<unsigned>(seed));
     const auto chance = [&](unsigned percent) { return random() % 100 < percent; };
     newest = stored = 0;
     seen.clear();

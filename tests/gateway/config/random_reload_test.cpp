@@ -270,8 +270,7 @@ void check_reload(const Model& was, const Plant& running, const Model& is, const
 
 // LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other seeds, as for the random plants.
 TEST(RandomReload, ALineThatNothingConcernsStaysAsItIs) {
-  const unsigned long first = plant::from_environment("LINEGATE_PLANT_SEED", kFirstSeed);
-  const unsigned long count = plant::from_environment("LINEGATE_PLANT_COUNT", kPlants);
+  const auto [first, count] = plant::seeds_of_run(kFirstSeed, kPlants);
   std::size_t unchanged = 0;
   for (unsigned long seed = first; seed < first + count; ++seed) {
     SCOPED_TRACE(seed);

@@ -12,8 +12,7 @@ namespace {
 
 // LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other networks, as for the random plants.
 TEST(RandomFlyingMasters, EachPartOfTheBusHasExactlyOneMasterInTheEnd) {
-  const unsigned long first = plant::from_environment("LINEGATE_PLANT_SEED", 20260301);
-  const unsigned long count = plant::from_environment("LINEGATE_PLANT_COUNT", 200);
+  const auto [first, count] = plant::seeds_of_run(20260301, 200);
   std::printf("random flying masters: %lu from seed %lu on\n", count, first);
   double latest = 0;  // of the bound
   for (unsigned long seed = first; seed < first + count; ++seed) {
