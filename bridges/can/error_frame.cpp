@@ -5,6 +5,8 @@
 
 #include <linux/can/error.h>
 
+#include "stack/base/assert.h"
+
 namespace linegate::can_bridge {
 namespace {
 
@@ -108,6 +110,7 @@ bool encode_error(const BusEvent& event, canfd_frame& raw) {
 }
 
 void ErrorDecoder::decode(const canfd_frame& raw, Instant time, BusEvents& events) {
+  LINEGATE_ASSERT((raw.can_id & CAN_ERR_FLAG) != 0, "a frame of the bus reports no error");
   // Older drivers fill in the counters with a controller problem without setting the flag.
   if ((raw.can_id & (CAN_ERR_CNT | CAN_ERR_CRTL)) != 0) {
     transmit_errors_ = raw.data[6];

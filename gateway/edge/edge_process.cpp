@@ -24,6 +24,7 @@
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/memory_size.h"
 #include "gateway/runtime/clock.h"
+#include "stack/base/assert.h"
 
 namespace linegate::gateway {
 namespace {
@@ -156,6 +157,7 @@ Duration RestartPauses::after(Duration ran) {
 
 bool ProgressLimit::look(std::span<const std::uint64_t> counters, Instant now) {
   const Duration since = now - std::exchange(asked_, now);
+  LINEGATE_ASSERT(since >= Duration::zero(), "the calls are in the order of time");
   seen_.resize(counters.size());
   bool good = true;
   for (std::size_t i = 0; i < counters.size(); ++i) {
@@ -354,6 +356,7 @@ void EdgeProcess::finish(Duration limit) {
 // --- supervision ---------------------------------------------------------------------------------
 
 bool EdgeProcess::start() {
+  LINEGATE_ASSERT(present() == nullptr, "the process before has ended");
   auto child = std::make_shared<Child>(++started_, monotonic_now());
   auto [socket, socket_of_child] = make_sockets();
   auto [output, output_of_child] = make_pipe();
@@ -384,7 +387,10 @@ bool EdgeProcess::start() {
 }
 
 void EdgeProcess::set_condition(Options::Condition condition) {
-  const bool pauses = condition == Options::Condition::waits;
+  using Condition = Options::Condition;
+  const bool pauses = condition == Condition::waits;
+  LINEGATE_ASSERT(condition_ != Condition::waits || pauses || condition == Condition::starting,
+                  "a process that does not run neither works nor hangs");
   if (std::exchange(condition_, condition) != condition || pauses) {
     options_.changed(condition, pauses ? start_due_ : Instant{});
   }
@@ -442,6 +448,7 @@ void EdgeProcess::start_again(Instant now) {
 }
 
 void EdgeProcess::note_end(const Child& child, const siginfo_t& end, Instant now) {
+  LINEGATE_ASSERT(present() == nullptr, "a process that has ended is not the present one");
   Options::End report{.cause = child.killed_for,
                       .pause = pauses_.after(now - child.started),
                       .words = child.killed_as};
