@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 #include "stack/storage/parameters.h"
@@ -108,6 +109,7 @@ AbortCode Storage::execute_write(od::Address address, std::span<const std::byte>
 }
 
 void Storage::put_off(od::Address address, od::Ticket ticket) {
+  LINEGATE_ASSERT(medium_ != nullptr && !pending_, "check_write() found the medium free");
   std::vector<StoredValue> values = wanted(address);
   if (!medium_->keep(encode(owner(), values))) {
     (void)dictionary_.complete(ticket, AbortCode::hardware);
