@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/sdo/protocol.h"
 
 namespace linegate::observer {
@@ -183,6 +184,7 @@ std::optional<Transfer> SdoFollower::answer_block(std::uint8_t command, const ca
 }
 
 std::optional<Transfer> SdoFollower::end() {
+  LINEGATE_ASSERT_HOT(phase_ != Phase::idle, "a transfer that ends was in progress");
   phase_ = Phase::idle;
   return holes_ ? std::nullopt : std::optional(transfer_);
 }
@@ -225,7 +227,9 @@ void SdoFollower::receive_block_segment(const can::Frame& frame) {
   }
 }
 
+// A number above the largest block is a lie: what the transfer has is not known.
 void SdoFollower::acknowledge(std::uint8_t number) {
+  holes_ = holes_ || number > sdo::kMaxBlockSize;
   for (std::uint8_t i = 1; i <= number && i < heard_.size(); ++i) {
     holes_ = holes_ || !heard_.test(i);
   }

@@ -140,6 +140,20 @@ TEST_F(SdoFollowerTest, AValueWithAHoleIsNotTold) {
   EXPECT_EQ(told_.size(), 1U) << "the next transfer is followed";
 }
 
+TEST_F(SdoFollowerTest, AValueIsNotKnownWhoseServerConfirmsMoreThanABlock) {
+  client({0xC0, 0x50, 0x1F, 0x01, 0, 0, 0, 0});
+  server({0xA0, 0x50, 0x1F, 0x01, 127, 0, 0, 0});
+  for (std::uint8_t number = 1; number <= 127; ++number) {
+    client({number, 1, 2, 3, 4, 5, 6, 7});
+  }
+  server({0xA2, 200, 127, 0, 0, 0, 0, 0});
+  client({0x81, 1, 2, 3, 4, 5, 6, 7});
+  server({0xA2, 1, 127, 0, 0, 0, 0, 0});
+  client({0xC1, 0, 0, 0, 0, 0, 0, 0});
+  server({0xA1, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_TRUE(told_.empty());
+}
+
 TEST_F(SdoFollowerTest, ABlockUploadMayBeAnsweredExpedited) {
   client({0xA4, 0x00, 0x10, 0x00, 127, 10, 0, 0});
   server({0x43, 0x00, 0x10, 0x00, 1, 2, 3, 4});
