@@ -326,7 +326,7 @@ void LssService::note_configuration(const lss::Answer& answer, Instant now) {
     deselect();
   }
   if (procedure == Procedure::switch_global) {
-    const bool configuration = asked_.front().course->request().configuration;
+    const bool configuration = asked_.front().course->is_into_configuration();
     hands_off_until_ = configuration ? deadline(now, kHandsOff) : now;
     for (Given& given : given_) {
       given.due =

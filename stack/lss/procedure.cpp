@@ -167,6 +167,7 @@ std::optional<std::uint8_t> Course::given() const {
 }
 
 Request Course::request() const {
+  LINEGATE_ASSERT(!over(), "a procedure that is over requests nothing");
   if (check_ == Check::inquire) {
     return {.service = Service::inquire_node_id, .of_one = true};
   }

@@ -62,6 +62,8 @@ class Course {
   // Precondition: not over, no node-ID to check, and the previous request was answered or timed
   // out.
   Request request() const;
+  // Of switch_global: into the configuration state.
+  bool is_into_configuration() const { return request_.configuration; }
   void answered(const Answer& answer);
 
   // The bytes of the reply, once it is over.

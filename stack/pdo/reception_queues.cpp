@@ -10,6 +10,9 @@
 namespace linegate::pdo {
 
 void ReceptionQueues::assign(std::span<const Wanted> wanted) {
+  LINEGATE_ASSERT(std::ranges::adjacent_find(wanted, std::ranges::greater_equal{}, &Wanted::slot) ==
+                      wanted.end(),
+                  "the slots are ascending, each once");
   for (const Queue& queue : queues_) {
     lost_ += queue.count;
   }
