@@ -98,6 +98,18 @@ endif()
 set(LINEGATE_UNITY OFF CACHE STRING "Compile sources of libraries and programs eight at a time, those of a test at once")
 set_property(CACHE LINEGATE_UNITY PROPERTY STRINGS OFF ON WHOLE)
 
+# Sources that are compiled together have no options of their own.
+function(linegate_no_own_options)
+  foreach(source IN LISTS ARGN)
+    foreach(property COMPILE_DEFINITIONS COMPILE_FLAGS COMPILE_OPTIONS INCLUDE_DIRECTORIES)
+      get_source_file_property(value ${PROJECT_SOURCE_DIR}/${source} ${property})
+      if(value)
+        message(FATAL_ERROR "${source} has ${property}, which are lost where it is compiled with others: give them to its target")
+      endif()
+    endforeach()
+  endforeach()
+endfunction()
+
 # linegate_unity(TARGET FILES): so many of its sources are compiled as one; 0: all of them; 1: all of them if WHOLE. Files
 # that are generated are compiled by themselves. CMake's UNITY_BUILD includes sources by their absolute names, and a compiler cache would find
 # nothing that another clone has compiled.
@@ -126,6 +138,7 @@ function(linegate_unity target files)
   if(count LESS 2 OR files EQUAL 1)
     return()
   endif()
+  cmake_language(EVAL CODE "cmake_language(DEFER CALL linegate_no_own_options ${own})")
   math(EXPR last "${count} - 1")
   foreach(first RANGE 0 ${last} ${files})
     list(SUBLIST own ${first} ${files} batch)
