@@ -18,37 +18,14 @@
 #include <variant>
 #include <vector>
 
+#include "bridges/client/c_handles.h"
 #include "stack/line/output_write.h"
 
 namespace client = linegate::client;
 
-struct linegate_client {
-  explicit linegate_client(client::Client the_client) : client(std::move(the_client)) {}
-
-  // From any thread: poll() holds `mutex`.
-  void wake() {
-    const std::lock_guard lock(waking);
-    client.wake();
-  }
-
-  // Recursive for call-backs, timed because a poll() in another thread has to be woken.
-  std::recursive_timed_mutex mutex;
-  std::timed_mutex turn;  // before `mutex`, of the thread that is the next to have it
-  std::mutex waking;      // after `mutex`: while a wake() is under way, the client is not ended
-  client::Client client;
-  using Object = std::variant<client::Line, client::Group, client::Call, client::Subscription,
-                              client::EventReader>;
-  std::map<int, Object> objects;
-  std::map<int, unsigned> attempts;  // of the commands to a line, if it was set
-  int next = 1;
-  int polls = 0;  // depth: a client is not closed within a call-back
-};
-
 namespace {
 
-constexpr std::chrono::milliseconds kWakeAgain{10};
 constexpr std::size_t kMostNames = 65'536;
-constexpr std::size_t kMostObjects = 65'536;
 constexpr int kLongestTimeout = 3'600'000;
 
 // The clients that are open: a pointer of another one is refused. Never destroyed, as a thread may
@@ -62,86 +39,87 @@ Open& open() {
   return *all;
 }
 
+std::chrono::milliseconds timeout_of(int ms) {
+  return std::chrono::milliseconds(std::clamp(ms, 0, kLongestTimeout));
+}
+
+}  // namespace
+
+namespace linegate::client::capi {
+
 std::shared_ptr<linegate_client> find_client(linegate_client* handle) {
   const std::lock_guard lock(open().mutex);
   const auto found = open().clients.find(handle);
   return found == open().clients.end() ? nullptr : found->second;
 }
 
-// Holds a client for the time of a function.
-class Held {
- public:
-  explicit Held(linegate_client* handle) : it_(find_client(handle)) {
-    if (!it_)
-      return;
-    if (!it_->mutex.try_lock()) {
-      const std::lock_guard next(it_->turn);
-      do
-        it_->wake();
-      while (!it_->mutex.try_lock_for(kWakeAgain));
-    }
-    if (!it_->client.ok()) {  // it was closed meanwhile
-      it_->mutex.unlock();
-      it_.reset();
-    }
-  }
-  ~Held() {
-    if (it_)
-      it_->mutex.unlock();
-  }
-  Held(const Held&) = delete;
-  Held& operator=(const Held&) = delete;
+std::vector<std::byte> bytes_of(const void* data, std::size_t length) {
+  const auto* const begin = static_cast<const std::byte*>(data);
+  return length == 0 ? std::vector<std::byte>() : std::vector<std::byte>(begin, begin + length);
+}
 
-  explicit operator bool() const { return it_ != nullptr; }
-  linegate_client* operator->() const { return it_.get(); }
-  linegate_client& operator*() const { return *it_; }
-  std::shared_ptr<linegate_client> share() const { return it_; }
-
-  template <class T>
-  T* get(int number) const {
-    const auto found = it_->objects.find(number);
-    return found == it_->objects.end() ? nullptr : std::get_if<T>(&found->second);
-  }
-  // Numbers are not used again.
-  bool full() const {
-    return it_->next == std::numeric_limits<int>::max() || it_->objects.size() >= kMostObjects;
-  }
-  template <class T>
-  int add(T object) const {
-    if (full())
-      return LINEGATE_ERROR_FULL;
-    it_->objects.emplace(it_->next, std::move(object));
-    return it_->next++;
-  }
-
- private:
-  std::shared_ptr<linegate_client> it_;
-};
-
-// Runs `body` with the client.
-template <class Body>
-int with(linegate_client* handle, const Body& body) noexcept {
-  if (handle == nullptr)
-    return LINEGATE_ERROR_ARGUMENT;
-  try {
-    const Held held(handle);
-    return held ? body(held) : LINEGATE_ERROR_CLOSED;
-  } catch (...) {
-    return LINEGATE_ERROR_MEMORY;
+std::optional<Data> data_of(const linegate_setting& from) {
+  const bool has_bytes = from.bytes != nullptr || from.length == 0;
+  switch (from.type) {
+    case LINEGATE_BOOLEAN:
+      return from.integer != 0;
+    case LINEGATE_INTEGER:
+      return from.integer;
+    case LINEGATE_UNSIGNED:
+      return from.unsigned_integer;
+    case LINEGATE_REAL:
+      return from.real;
+    case LINEGATE_TEXT:
+      if (has_bytes && from.length <= LINEGATE_VALUE_BYTES)
+        return std::string(static_cast<const char*>(from.bytes), from.length);
+      return std::nullopt;
+    case LINEGATE_BYTES:
+      if (has_bytes && from.length <= LINEGATE_VALUE_BYTES)
+        return bytes_of(from.bytes, from.length);
+      return std::nullopt;
+    default:
+      return std::nullopt;
   }
 }
 
-// The same with one of its objects.
-template <class T, class Body>
-int with(linegate_client* handle, int number, const Body& body) noexcept {
-  return with(handle, [&](const Held& held) -> int {
-    T* const object = held.get<T>(number);
-    if (object == nullptr)
-      return LINEGATE_ERROR_ARGUMENT;
-    T copy = *object;  // a call-back may end it
-    return body(held, copy);
-  });
+linegate_event event_in_c(const Event& from) {
+  linegate_event to{};
+  to.gateway = from.gateway.c_str();
+  to.line = from.line.c_str();
+  to.name = from.name.c_str();
+  to.text = from.text.c_str();
+  to.number = from.number;
+  to.stream = from.stream;
+  to.time = from.time;
+  to.code = from.code;
+  to.value = from.value;
+  to.kind = from.kind;
+  to.severity = from.severity;
+  to.node = from.node;
+  to.length = static_cast<std::uint8_t>(std::min(from.data.size(), sizeof to.data));
+  std::ranges::transform(from.data.begin(), from.data.begin() + to.length, to.data,
+                         [](std::byte b) { return std::to_integer<std::uint8_t>(b); });
+  to.missed = from.missed;
+  to.journal_lost = from.journal_lost ? 1 : 0;
+  return to;
 }
+
+CallOptions options_of(const Held& held, int line, int timeout_ms, unsigned attempts) {
+  const auto of_line = held->attempts.find(line);
+  return {
+      .timeout = timeout_of(timeout_ms),
+      .attempts = attempts != 0 || of_line == held->attempts.end() ? attempts : of_line->second};
+}
+
+}  // namespace linegate::client::capi
+
+namespace {
+
+using client::capi::bytes_of;
+using client::capi::data_of;
+using client::capi::find_client;
+using client::capi::Held;
+using client::capi::with;
 
 int to_int(client::Error error) {
   switch (error) {
@@ -165,10 +143,6 @@ int to_int(client::Error error) {
       return LINEGATE_ERROR_CLOSED;
   }
   return LINEGATE_ERROR_ARGUMENT;
-}
-
-std::chrono::milliseconds timeout_of(int ms) {
-  return std::chrono::milliseconds(std::clamp(ms, 0, kLongestTimeout));
 }
 
 // Copies a text with its 0, cut to the size between two characters. Returns its length, or that it
@@ -267,34 +241,8 @@ bool names_of(const char* const* names, std::size_t count, std::vector<std::stri
   return true;
 }
 
-std::vector<std::byte> bytes_of(const void* data, std::size_t length) {
-  const auto* const begin = static_cast<const std::byte*>(data);
-  return length == 0 ? std::vector<std::byte>() : std::vector<std::byte>(begin, begin + length);
-}
-
-client::CallOptions call_options(int timeout_ms, unsigned attempts) {
-  return {.timeout = timeout_of(timeout_ms), .attempts = attempts};
-}
-
 void call_with(const client::Event& from, linegate_on_event call_back, void* user) {
-  linegate_event to{};
-  to.gateway = from.gateway.c_str();
-  to.line = from.line.c_str();
-  to.name = from.name.c_str();
-  to.text = from.text.c_str();
-  to.number = from.number;
-  to.stream = from.stream;
-  to.time = from.time;
-  to.code = from.code;
-  to.value = from.value;
-  to.kind = from.kind;
-  to.severity = from.severity;
-  to.node = from.node;
-  to.length = static_cast<std::uint8_t>(std::min(from.data.size(), sizeof to.data));
-  std::ranges::transform(from.data.begin(), from.data.begin() + to.length, to.data,
-                         [](std::byte b) { return std::to_integer<std::uint8_t>(b); });
-  to.missed = from.missed;
-  to.journal_lost = from.journal_lost ? 1 : 0;
+  const linegate_event to = client::capi::event_in_c(from);
   call_back(user, &to);
 }
 
@@ -327,30 +275,6 @@ void let_others(linegate_client* handle) {
   constexpr std::chrono::milliseconds kTurn{5};
   if (const auto client = find_client(handle); client && client->turn.try_lock_for(kTurn))
     client->turn.unlock();
-}
-
-std::optional<client::Data> data_of(const linegate_setting& from) {
-  const bool has_bytes = from.bytes != nullptr || from.length == 0;
-  switch (from.type) {
-    case LINEGATE_BOOLEAN:
-      return from.integer != 0;
-    case LINEGATE_INTEGER:
-      return from.integer;
-    case LINEGATE_UNSIGNED:
-      return from.unsigned_integer;
-    case LINEGATE_REAL:
-      return from.real;
-    case LINEGATE_TEXT:
-      if (has_bytes && from.length <= LINEGATE_VALUE_BYTES)
-        return std::string(static_cast<const char*>(from.bytes), from.length);
-      return std::nullopt;
-    case LINEGATE_BYTES:
-      if (has_bytes && from.length <= LINEGATE_VALUE_BYTES)
-        return bytes_of(from.bytes, from.length);
-      return std::nullopt;
-    default:
-      return std::nullopt;
-  }
 }
 
 }  // namespace
@@ -422,7 +346,8 @@ linegate_client* linegate_connect(const linegate_options* options, char* error,
   copy_text("", error, error_size);
   try {
     client::Options to;
-    if (options != nullptr && options->size < sizeof(linegate_options)) {
+    // A program may have been built with a header whose options ended before `lines`.
+    if (options != nullptr && options->size < offsetof(linegate_options, lines)) {
       copy_text("size of the options is not sizeof(linegate_options)", error, error_size);
       return nullptr;
     }
@@ -438,6 +363,8 @@ linegate_client* linegate_connect(const linegate_options* options, char* error,
             .peers = list_of(options->peers),
             .discovery_servers = list_of(options->discovery_servers),
             .multicast = options->multicast != 0};
+      if (options->size >= sizeof(linegate_options))
+        to.lines = list_of(options->lines);
     }
     client::Client made(to);
     if (!made) {
@@ -779,28 +706,25 @@ int linegate_nmt(linegate_client* handle, int line, unsigned node, unsigned comm
 
 int linegate_request_call(linegate_client* handle, int line, const linegate_request* request,
                           int timeout_ms) {
-  constexpr std::size_t kMostData = 16U << 20U;
   return with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
     if (request == nullptr || request->size < sizeof *request ||
-        (request->data == nullptr && request->length != 0) || request->length > kMostData)
+        (request->data == nullptr && request->length != 0) ||
+        request->length > client::capi::kMostData)
       return LINEGATE_ERROR_ARGUMENT;
     if (held.full())  // what is reported as failed is not sent
       return LINEGATE_ERROR_FULL;
-    const auto of_line = held->attempts.find(line);
-    const unsigned attempts = request->attempts != 0 || of_line == held->attempts.end()
-                                  ? request->attempts
-                                  : of_line->second;
-    return held.add(it.request({.kind = request->kind,
-                                .node = request->node,
-                                .index = request->index,
-                                .sub = request->sub,
-                                .nmt = request->nmt,
-                                .code = request->code,
-                                .error_register = request->error_register,
-                                .entry = request->entry,
-                                .layout_id = request->layout_id,
-                                .data = bytes_of(request->data, request->length)},
-                               call_options(timeout_ms, attempts)));
+    return held.add(
+        it.request({.kind = request->kind,
+                    .node = request->node,
+                    .index = request->index,
+                    .sub = request->sub,
+                    .nmt = request->nmt,
+                    .code = request->code,
+                    .error_register = request->error_register,
+                    .entry = request->entry,
+                    .layout_id = request->layout_id,
+                    .data = bytes_of(request->data, request->length)},
+                   client::capi::options_of(held, line, timeout_ms, request->attempts)));
   });
 }
 
@@ -868,6 +792,7 @@ int linegate_free(linegate_client* handle, int number) {
     if (auto* const call = held.get<client::Call>(number))
       call->on_done({});
     held->attempts.erase(number);
+    held->results.erase(number);
     return held->objects.erase(number) == 0 ? LINEGATE_ERROR_ARGUMENT : LINEGATE_OK;
   });
 }

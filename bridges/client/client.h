@@ -348,6 +348,7 @@ class Line {
   // By name or number; empty: 0, of a line without groups.
   Group group(std::string_view name, const GroupOptions& options = {}) const;
 
+  // COMMAND_SDO_READ, COMMAND_SDO_WRITE: of a device.
   Call sdo_read(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
                 const CallOptions& options = {}) const;
   Call sdo_write(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
@@ -358,7 +359,8 @@ class Line {
                                                   std::uint8_t sub, T value,
                                                   const CallOptions& options = {})
   const;
-  // node: 0 = all. command: NMT_ of linegate.idl (1 start, 2 stop, 128 pre-operational, ...).
+  // COMMAND_NMT. node: 0 = all. command: NMT_ of linegate.idl (1 start, 2 stop, 128
+  // pre-operational, ...).
   Call nmt(std::uint8_t node, std::uint8_t command, const CallOptions& options = {}) const;
   // Any command; commands.h has each with typed parameters and results.
   Call request(Request request, const CallOptions& options = {}) const;

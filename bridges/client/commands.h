@@ -242,14 +242,14 @@ class Commands {
   // raw: as Group::set_raw(). The line must be ready.
   Answer<Delivery> write_output(std::string_view name, const Data& value, bool raw = false,
                                 const CallOptions& options = {}) const;
-  // COMMAND_NETWORK_READ, _WRITE: of a device in another network (CiA 302-7).
+  // COMMAND_NETWORK_READ, COMMAND_NETWORK_WRITE: of a device in another network (CiA 302-7).
   Answer<Bytes> read_network(std::uint16_t network, std::uint8_t node, std::uint16_t index,
                              std::uint8_t sub, const CallOptions& options = {}) const;
   Call write_network(std::uint16_t network, std::uint8_t node, std::uint16_t index,
                      std::uint8_t sub, Bytes value, const CallOptions& options = {}) const;
 
-  // COMMAND_LOCAL_READ, _WRITE: the own object dictionary of the line. node: of a device in role
-  // device, 0 = the only one. as_owner: as the device itself, LOCAL_WRITE_OWN.
+  // COMMAND_LOCAL_READ, COMMAND_LOCAL_WRITE: the own object dictionary of the line. node: of a
+  // device in role device, 0 = the only one. as_owner: as the device itself, LOCAL_WRITE_OWN.
   Answer<Bytes> read_own(std::uint16_t index, std::uint8_t sub, std::uint8_t node = 0,
                          const CallOptions& options = {}) const;
   Call write_own(std::uint16_t index, std::uint8_t sub, Bytes value, std::uint8_t node = 0,
@@ -337,7 +337,8 @@ class Commands {
   // COMMAND_ROUTING_TRACE: 1 s to 1 h.
   Call trace_routing(std::chrono::seconds duration, const CallOptions& options = {}) const;
 
-  // COMMAND_CONNECTION_OPEN, _CLOSE, _LIST: SDO connections between two nodes.
+  // COMMAND_CONNECTION_OPEN, COMMAND_CONNECTION_CLOSE, COMMAND_CONNECTION_LIST: SDO connections
+  // between two nodes.
   Answer<std::vector<SdoConnection>> open_connection(std::uint8_t client, std::uint8_t server,
                                                      const CallOptions& options = kLong) const;
   Call close_connection(std::uint32_t number, const CallOptions& options = kLong) const;

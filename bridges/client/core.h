@@ -102,6 +102,10 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
   std::shared_ptr<CallData> refuse(std::string text);
   // Its data; nothing before it is done, or if they do not match the request.
   static std::optional<line::ReplyData> reply_of(const Call& call);
+  // Of the command; without data that of a default one.
+  static line::CommandKind kind_of(const Call& call) {
+    return call.data_ ? request::kind(call.data_->request) : line::CommandKind{};
+  }
   // What was requested, if it is of that type.
   template <class T>
   static const T* request_of(const Call& call) {

@@ -74,6 +74,10 @@ typedef struct linegate_options {
   /* Not 0: receive process images by multicast from gateways with dds: {fan_out: multicast}; from
    * others by unicast. Only without an identity. */
   int multicast;
+  /* Receive these lines alone: GATEWAY/LINE, separated by commas, of gateways with dds:
+   * {partitions: true}; nothing is received of other gateways. NULL: all lines. Only without an
+   * identity. Since LINEGATE_2; the options of a program that was built before end here. */
+  const char* lines;
 } linegate_options;
 
 /* options: NULL = all members 0. Returns NULL, and the reason in `error` (of `error_size` bytes;
@@ -316,8 +320,8 @@ typedef struct linegate_request {
 /* How often commands to this line that begin from now on are tried, as `attempts` of
  * linegate_request, which has precedence; 1 at first, 0 as 1. Since LINEGATE_2. */
 int linegate_set_attempts(linegate_client* client, int line, unsigned attempts);
-/* Each begins a call and returns its number. timeout_ms: until the answer, waiting for the line
- * included. */
+/* Each begins a call and returns its number: COMMAND_SDO_READ, COMMAND_SDO_WRITE, COMMAND_NMT, and
+ * any command by its members. timeout_ms: until the answer, waiting for the line included. */
 int linegate_sdo_read(linegate_client* client, int line, unsigned node, unsigned index,
                       unsigned sub, int timeout_ms);
 int linegate_sdo_write(linegate_client* client, int line, unsigned node, unsigned index,
@@ -349,6 +353,366 @@ int linegate_call_notify(linegate_client* client, int call, linegate_on_call cal
 /* Ends a line, a group (which is released) or a call (which goes on, without its call-back). Its
  * number is not used again. */
 int linegate_free(linegate_client* client, int number);
+
+/* ---- typed commands ---- */
+
+/* The other commands of the contract, with their parameters. What they do is in linegate.idl, at
+ * the CommandKind that the comment of each names, and in COMMANDS.md. Each begins a call and
+ * returns its number; it is tried as linegate_set_attempts() says. A parameter that has no place in
+ * the request is LINEGATE_ERROR_ARGUMENT, another one that is out of range refuses the call at
+ * once. node: 1 to 127; 0 = all where it says so. Values of objects are bytes, little-endian. All
+ * of this section and of the next one is since LINEGATE_2. */
+
+/* A time-out in milliseconds for commands that wait for devices: scan, boot, configure, program,
+ * LSS fastscan and assignment, SDO connections. */
+#define LINEGATE_LONG 600000
+
+enum {
+  LINEGATE_BY_SDO = 1,  /* by SDO in any case */
+  LINEGATE_KEEP_PDO = 2 /* the PDO is sent by linegate_trigger_pdo() */
+};
+/* COMMAND_OBJECT_WRITE: by PDO if one carries the object, else by SDO. flags: 0, or a sum of the
+ * above. Result: linegate_call_delivery(). */
+int linegate_write_object(linegate_client* client, int line, unsigned node, unsigned index,
+                          unsigned sub, const void* value, size_t length, unsigned flags,
+                          int timeout_ms);
+/* COMMAND_OUTPUT_WRITE: one output, by a person, by its name, in its unit unless it is raw. The
+ * line must be ready. Result: linegate_call_delivery(). */
+int linegate_write_output(linegate_client* client, int line, const linegate_setting* output,
+                          int timeout_ms);
+/* COMMAND_NETWORK_READ, COMMAND_NETWORK_WRITE: of a device in another network (CiA 302-7). */
+int linegate_read_network(linegate_client* client, int line, unsigned network, unsigned node,
+                          unsigned index, unsigned sub, int timeout_ms);
+int linegate_write_network(linegate_client* client, int line, unsigned network, unsigned node,
+                           unsigned index, unsigned sub, const void* value, size_t length,
+                           int timeout_ms);
+/* COMMAND_LOCAL_READ, COMMAND_LOCAL_WRITE: the own object dictionary of the line. node: of a device
+ * in role device, 0 = the only one. as_owner: not 0: as the device itself, LOCAL_WRITE_OWN. */
+int linegate_read_own(linegate_client* client, int line, unsigned index, unsigned sub,
+                      unsigned node, int timeout_ms);
+int linegate_write_own(linegate_client* client, int line, unsigned index, unsigned sub,
+                       const void* value, size_t length, unsigned node, int as_owner,
+                       int timeout_ms);
+/* COMMAND_LOCAL_READ of a list. node: 0, or the one whose device file is listed. Result:
+ * linegate_call_object(). */
+int linegate_list_objects(linegate_client* client, int line, unsigned first, unsigned last,
+                          unsigned node, int timeout_ms);
+
+typedef struct linegate_object {
+  size_t size; /* sizeof(linegate_object) */
+  uint16_t index;
+  uint8_t sub;
+  uint8_t access;      /* 0 ro, 1 wo, 2 rw, 3 rwr, 4 rww, 5 const */
+  uint16_t type;       /* CiA 301 data type */
+  uint8_t mappable;    /* not 0: PDOs can map it */
+  uint8_t stored;      /* not 0: by 1010h */
+  uint8_t application; /* not 0: of an application; has no effect in linegate_create_object() */
+  const char* name;    /* at most 255 bytes */
+  const void* value;   /* empty: not readable, or longer than 255 bytes */
+  size_t length;       /* of value */
+} linegate_object;
+/* COMMAND_OBJECT_CREATE: with its default in `value`. image_byte: its bytes are those of the image
+ * from there on; below 0: they are not. */
+int linegate_create_object(linegate_client* client, int line, const linegate_object* object,
+                           int64_t image_byte, int timeout_ms);
+int linegate_remove_object(linegate_client* client, int line, unsigned index, int timeout_ms);
+
+/* COMMAND_SCAN. node: 0 = all. Result: linegate_call_scanned(). */
+int linegate_scan(linegate_client* client, int line, unsigned node, int timeout_ms);
+/* COMMAND_SCAN_APPLY. set_up, restore: not 0: SCAN_SET_UP, SCAN_RESTORE. Result likewise. */
+int linegate_apply_scan(linegate_client* client, int line, unsigned node, int set_up, int restore,
+                        int timeout_ms);
+/* COMMAND_BOOT. node: 0 = all of the network list. Result: linegate_call_boot(). */
+int linegate_boot(linegate_client* client, int line, unsigned node, int timeout_ms);
+/* COMMAND_CONFIGURE, code 0 and 1. node: 0 = all. Result: linegate_call_configuration(). */
+int linegate_compare(linegate_client* client, int line, unsigned node, int timeout_ms);
+int linegate_configure(linegate_client* client, int line, unsigned node, int timeout_ms);
+/* COMMAND_PROGRAM. number: of the program, from 1. program: 1 byte to 16 MiB. Result of a failure:
+ * linegate_call_program_fault(). */
+int linegate_program(linegate_client* client, int line, unsigned node, unsigned number,
+                     const void* program, size_t length, int timeout_ms);
+
+/* 1018h:1 to 4. */
+typedef struct linegate_lss_address {
+  uint32_t vendor;
+  uint32_t product;
+  uint32_t revision;
+  uint32_t serial;
+} linegate_lss_address;
+/* COMMAND_LSS, codes 0 to 11 (CiA 305). The call is done whatever the outcome is. Result:
+ * linegate_call_lss(). */
+int linegate_lss_switch_global(linegate_client* client, int line, int configuration,
+                               int timeout_ms);
+int linegate_lss_switch_selective(linegate_client* client, int line,
+                                  const linegate_lss_address* address, int timeout_ms);
+/* node: 255 = none. unchecked: not 0: without the check that no other device uses it. */
+int linegate_lss_set_node_id(linegate_client* client, int line, unsigned node, int unchecked,
+                             int timeout_ms);
+int linegate_lss_set_bit_timing(linegate_client* client, int line, unsigned table, unsigned index,
+                                int timeout_ms);
+int linegate_lss_activate_bit_timing(linegate_client* client, int line, unsigned delay_ms,
+                                     int timeout_ms);
+int linegate_lss_store(linegate_client* client, int line, int timeout_ms);
+int linegate_lss_inquire_address(linegate_client* client, int line, int timeout_ms);
+int linegate_lss_inquire_node_id(linegate_client* client, int line, int timeout_ms);
+int linegate_lss_identify(linegate_client* client, int line, const linegate_lss_address* lowest,
+                          uint32_t highest_revision, uint32_t highest_serial, int timeout_ms);
+int linegate_lss_identify_unconfigured(linegate_client* client, int line, int timeout_ms);
+/* known: bit 0 vendor, 1 product, 2 revision, 3 serial number of `address` are known. 0: address
+ * may be NULL. */
+int linegate_lss_fastscan(linegate_client* client, int line, unsigned known,
+                          const linegate_lss_address* address, int timeout_ms);
+/* Further results: linegate_call_assignment(). */
+int linegate_lss_assign_node_ids(linegate_client* client, int line, int timeout_ms);
+
+/* COMMAND_PDO_TRIGGER: by the number of the PDO, with `node` by that of its RPDO; or all that carry
+ * that output. Result: linegate_call_pdo(). */
+int linegate_trigger_pdo(linegate_client* client, int line, unsigned number, unsigned node,
+                         int timeout_ms);
+int linegate_trigger_pdos_of(linegate_client* client, int line, const char* output, int timeout_ms);
+/* COMMAND_PDO_REQUEST. node 0: number is that of an RPDO of the own node. */
+int linegate_request_pdo(linegate_client* client, int line, unsigned node, unsigned number,
+                         int timeout_ms);
+/* COMMAND_MPDO_WRITE: 1 to 4 bytes. node 0 = all. tpdo 0 = the first in that mode. Result:
+ * linegate_call_pdo(). */
+int linegate_write_mpdo(linegate_client* client, int line, unsigned node, unsigned index,
+                        unsigned sub, const void* value, size_t length, unsigned tpdo,
+                        int timeout_ms);
+/* COMMAND_EMCY_SEND. manufacturer: 5 bytes; NULL: zeros. node: of a device in role device, 0 = the
+ * only one. */
+int linegate_send_emcy(linegate_client* client, int line, unsigned code, unsigned error_register,
+                       const uint8_t* manufacturer, unsigned node, int timeout_ms);
+
+enum {
+  LINEGATE_EXTENDED = 1, /* with a 29-bit identifier */
+  LINEGATE_FD = 2,       /* a frame of CAN FD: up to 64 bytes */
+  LINEGATE_BIT_RATE_SWITCH = 4
+};
+/* COMMAND_CAN_SEND: a frame that no service of the line uses. Up to 8 bytes. flags: 0, or a sum of
+ * the above. */
+int linegate_send_frame(linegate_client* client, int line, uint32_t identifier, const void* data,
+                        size_t length, unsigned flags, int timeout_ms);
+/* length: that is requested. extended: not 0: with a 29-bit identifier. */
+int linegate_send_remote_frame(linegate_client* client, int line, uint32_t identifier,
+                               unsigned length, int extended, int timeout_ms);
+/* COMMAND_CAN_LISTEN: such frames as events for that time, 0 = no more. mask: the bits of the
+ * identifier that are compared. extended: 1 only frames with 29-bit, 0 with 11-bit identifiers,
+ * below 0: both. */
+int linegate_listen(linegate_client* client, int line, unsigned seconds, uint32_t identifier,
+                    uint32_t mask, int extended, int timeout_ms);
+/* COMMAND_ROUTING_TRACE: 1 s to 1 h. */
+int linegate_trace_routing(linegate_client* client, int line, unsigned seconds, int timeout_ms);
+
+/* COMMAND_CONNECTION_OPEN, COMMAND_CONNECTION_CLOSE, COMMAND_CONNECTION_LIST: SDO connections
+ * between two nodes. Result of the first and the last: linegate_call_connection(). */
+int linegate_open_connection(linegate_client* client, int line, unsigned client_node,
+                             unsigned server_node, int timeout_ms);
+int linegate_close_connection(linegate_client* client, int line, uint32_t number, int timeout_ms);
+int linegate_connections(linegate_client* client, int line, int timeout_ms);
+
+/* COMMAND_SLEEP, code 0 to 5. Result of the first two: linegate_call_objection(). */
+int linegate_check_sleep(linegate_client* client, int line, int timeout_ms);
+int linegate_sleep(linegate_client* client, int line, int timeout_ms);
+int linegate_sleep_unchecked(linegate_client* client, int line, int timeout_ms);
+int linegate_wake_up(linegate_client* client, int line, int timeout_ms);
+/* object: not 0: the own node objects to sleep; 0: it consents again. */
+int linegate_object_to_sleep(linegate_client* client, int line, int object, int timeout_ms);
+
+/* Of the gateway: COMMAND_VERSIONS, COMMAND_BUS_RESTART, COMMAND_BUS_FAULT. Data of the first and
+ * the last: a text, without a 0 at its end; of set_bus_faults all faults, or, if it is refused, the
+ * error in words. */
+int linegate_versions(linegate_client* client, int line, int timeout_ms);
+int linegate_restart_bus(linegate_client* client, int line, int timeout_ms);
+int linegate_set_bus_faults(linegate_client* client, int line, const char* faults, int timeout_ms);
+
+enum {
+  LINEGATE_JOURNAL_NODE = 2, /* the number of the flag in COMMANDS.md */
+  LINEGATE_JOURNAL_KIND = 4,
+  LINEGATE_JOURNAL_SINCE = 8,
+  LINEGATE_JOURNAL_UNTIL = 16,
+  LINEGATE_JOURNAL_NEWEST_FIRST = 64,
+  LINEGATE_JOURNAL_VALUES = 128 /* of the value history, instead of events */
+};
+typedef struct linegate_journal_query {
+  size_t size;      /* sizeof(linegate_journal_query) */
+  uint32_t flags;   /* a sum of LINEGATE_JOURNAL_ numbers: the members below that are conditions */
+  uint32_t most;    /* of the page; 0: as many as fit */
+  const char* line; /* "": the gateway itself; NULL: all */
+  const char* text; /* part of the text; of values: name, `*` = any text; NULL: all */
+  uint8_t node;     /* 0: events of the line itself */
+  uint8_t kind;     /* EventKind of linegate.idl; not of values */
+  uint8_t severity; /* this one and worse: 0 information, 1 warning, 2 error; not of values */
+  int64_t since;    /* inclusive */
+  int64_t until;    /* exclusive */
+  uint64_t cursor_position; /* of the page before; 0, 0: none */
+  uint64_t cursor_check;
+} linegate_journal_query;
+/* COMMAND_JOURNAL_READ. Result: linegate_call_page(). */
+int linegate_read_journal(linegate_client* client, int line, const linegate_journal_query* query,
+                          int timeout_ms);
+
+/* ---- results of typed commands ---- */
+
+/* Each copies a part of the result of a call: of the only one, or of the one at a place, from 0 on.
+ * What it points to exists until linegate_free() of the call, or the end of the client. `size` of
+ * each struct is sizeof, set by the caller. Abort codes are those of CiA 301, 0 = none. Returns
+ * LINEGATE_OK; LINEGATE_ERROR_NAME: there is none at that place; LINEGATE_ERROR_FAILED: the call
+ * failed, or is pending; LINEGATE_ERROR_ARGUMENT: it is of another command. */
+
+/* How a value of an object or output was sent. */
+typedef struct linegate_delivery {
+  size_t size;
+  int32_t way;  /* 0 the own node, or no PDO carries the output, 1 by SDO, 2 by PDO */
+  int32_t wait; /* what its PDO waits for, COMMANDS.md; 0: the bus acknowledged the frame */
+  uint32_t pdo; /* its number on the line */
+  const uint32_t* missing; /* wait 2: entries of the output layout that were never written */
+  size_t missing_count;
+} linegate_delivery;
+int linegate_call_delivery(linegate_client* client, int call, linegate_delivery* delivery);
+
+int linegate_call_object(linegate_client* client, int call, size_t place, linegate_object* object);
+
+typedef struct linegate_scanned_node {
+  size_t size;
+  uint8_t node;
+  uint32_t abort; /* that ended it early */
+  size_t values;  /* their number */
+} linegate_scanned_node;
+int linegate_call_scanned(linegate_client* client, int call, size_t place,
+                          linegate_scanned_node* node);
+typedef struct linegate_object_value {
+  size_t size;
+  uint16_t index;
+  uint8_t sub;
+  const void* value;
+  size_t length;
+} linegate_object_value;
+/* A value of the node at a place. */
+int linegate_call_scanned_value(linegate_client* client, int call, size_t place, size_t value_place,
+                                linegate_object_value* value);
+
+typedef struct linegate_boot_result {
+  size_t size;
+  uint8_t node;
+  char letter;    /* error status of CiA 302-2; 0: booted */
+  uint8_t reason; /* 0 none, 1 a transfer was aborted, 2 a value differs, 3 object written last */
+  uint8_t ok;     /* 1: it was booted, or was running */
+  uint16_t index; /* the object that caused the failure */
+  uint8_t sub;
+  uint32_t abort;
+  uint32_t expected;
+  uint32_t found;
+  const char* text; /* in words */
+} linegate_boot_result;
+int linegate_call_boot(linegate_client* client, int call, size_t place, linegate_boot_result* boot);
+
+/* The configuration of a node, compared or applied. */
+typedef struct linegate_configuration {
+  size_t size;
+  uint8_t node;
+  char letter;        /* of its boot, as in linegate_boot_result */
+  uint8_t ok;         /* 1: it is as configured */
+  uint32_t abort;     /* that ended it */
+  size_t differences; /* their number */
+} linegate_configuration;
+int linegate_call_configuration(linegate_client* client, int call, size_t place,
+                                linegate_configuration* configuration);
+typedef struct linegate_difference {
+  size_t size;
+  uint16_t index;
+  uint8_t sub;
+  uint32_t abort; /* why it could not be read or written */
+  const void* expected;
+  size_t expected_length;
+  const void* found;
+  size_t found_length;
+} linegate_difference;
+/* A difference of the node at a place. */
+int linegate_call_difference(linegate_client* client, int call, size_t place,
+                             size_t difference_place, linegate_difference* difference);
+
+typedef struct linegate_program_fault {
+  size_t size;
+  uint16_t index; /* of the object that the device reported */
+  uint8_t sub;
+  uint32_t value;
+} linegate_program_fault;
+/* Of a call that failed with LINEGATE_SDO_ABORT. */
+int linegate_call_program_fault(linegate_client* client, int call, linegate_program_fault* fault);
+
+typedef struct linegate_lss_result {
+  size_t size;
+  uint8_t outcome; /* 0 done, 1 no response, 2 refused, 3 several devices are in configuration
+                      state, 4 another device uses the node-ID */
+  uint8_t error;   /* of a refusal */
+  uint8_t specific_error;
+  uint8_t node;                 /* of inquire_node_id; 255: none */
+  linegate_lss_address address; /* of inquire_address and fastscan */
+  size_t assignments;           /* of assign_node_ids: their number */
+} linegate_lss_result;
+int linegate_call_lss(linegate_client* client, int call, linegate_lss_result* result);
+/* A device that linegate_lss_assign_node_ids() found. */
+typedef struct linegate_lss_assignment {
+  size_t size;
+  uint8_t verdict; /* COMMANDS.md, below COMMAND_LSS */
+  uint8_t node;    /* 0: none */
+  uint8_t error;
+  uint8_t specific_error;
+  linegate_lss_address address;
+} linegate_lss_assignment;
+int linegate_call_assignment(linegate_client* client, int call, size_t place,
+                             linegate_lss_assignment* assignment);
+
+/* Returns the number of a PDO, or LINEGATE_ERROR_NAME. */
+int linegate_call_pdo(linegate_client* client, int call, size_t place);
+/* Returns the node-ID of a node that objects to sleep, or LINEGATE_ERROR_NAME. */
+int linegate_call_objection(linegate_client* client, int call, size_t place);
+
+typedef struct linegate_connection {
+  size_t size;
+  uint32_t number;
+  uint8_t client; /* node-IDs */
+  uint8_t server;
+  uint16_t client_object; /* 1280h to 12FFh; 0: not found yet */
+  uint16_t server_object; /* 1201h to 127Fh */
+  uint16_t request_id;    /* CAN-IDs; 0: not assigned yet */
+  uint16_t response_id;
+  uint8_t state;  /* 0 opening, 1 open, 2 closing, 3 stale */
+  uint32_t abort; /* stale: of the write that should have released it */
+} linegate_connection;
+int linegate_call_connection(linegate_client* client, int call, size_t place,
+                             linegate_connection* connection);
+
+typedef struct linegate_journal_page {
+  size_t size;
+  size_t events;            /* their number */
+  size_t values;            /* their number */
+  uint64_t cursor_position; /* of the next page */
+  uint64_t cursor_check;
+  int more;          /* 1: the page does not reach the end */
+  int unknown_entry; /* 1: the gateway stores no entry that fulfils the conditions */
+} linegate_journal_page;
+int linegate_call_page(linegate_client* client, int call, linegate_journal_page* page);
+/* `gateway` and `name` of the event are empty. */
+int linegate_call_event(linegate_client* client, int call, size_t place, linegate_event* event);
+/* From its time on, until the next one of the same line, direction, node and name. */
+typedef struct linegate_history_value {
+  size_t size;
+  const char* line;
+  const char* name;
+  const char* unit;
+  int64_t time;
+  uint64_t value; /* its bits */
+  double scale;   /* the value in the unit is that of the bits * scale + offset */
+  double offset;
+  uint16_t type; /* CiA 301 data type */
+  uint16_t bits; /* its size, 1 to 64 */
+  uint8_t node;
+  uint8_t output; /* 1: of an output */
+  uint8_t valid;  /* 0: no value is valid, or known */
+} linegate_history_value;
+int linegate_call_history_value(linegate_client* client, int call, size_t place,
+                                linegate_history_value* value);
 
 #ifdef __cplusplus
 }

@@ -22,6 +22,7 @@ import rows
 import services
 import sizes
 import tree
+import typed_commands
 import units
 import words
 
@@ -146,6 +147,61 @@ class Kinds(TreeCase):
     def test_events_in_another_order(self):
         swapped = "enum class EventKind : std::uint8_t {\n  stopped,\n  started,\n};\n"
         self.assertEqual(len(self.complaints(kinds, kinds.EVENTS, swapped)), 2)
+
+
+class TypedCommands(TreeCase):
+    CPP = ("class Commands {\n public:\n  // COMMAND_BOOT.\n  Answer<std::vector<Result>> boot(int node) const;\n"
+           "  // COMMAND_LSS\n  Answer<R> lss_store() const;\n private:\n  Call refused() const;\n};\n")
+    IN_C = ("int linegate_line_wait(linegate_client* client, int line, int timeout_ms);\n"
+            "int linegate_request_call(linegate_client* client, int line,\n    const int* request, int timeout_ms);\n"
+            "/* COMMAND_NMT */\nint linegate_nmt(linegate_client* client, int line, int timeout_ms);\n"
+            f"{typed_commands.C_LATER}\n/* COMMAND_BOOT, COMMAND_LSS */\n"
+            "int linegate_boot(linegate_client* client, int line, unsigned node,\n    int timeout_ms);\n"
+            "int linegate_lss_store(linegate_client* client, int line, int timeout_ms);\n"
+            "int linegate_call_boot(linegate_client* client, int call);\n")
+    PYTHON = ('class Commands:\n    def _call(self):\n        """None."""\n\n    def boot(self, node: int, *,\n'
+              '             timeout: int = 1) -> int:\n        """BOOT."""\n\n'
+              '    def lss_store(self) -> int:\n        """LSS, code 0."""\n')
+    SYMBOLS = "LINEGATE_2 {\n  global:\n    linegate_boot;\n    linegate_lss_store;\n    linegate_call_boot;\n} LINEGATE_1;\n"
+    BYTES = "## COMMAND_LSS\n| 0 | store |\n## COMMAND_BOOT\n| 0 | another table |\n"
+
+    def setUp(self):
+        super().setUp()
+        self.write(kinds.CONTRACT, "enum CommandKind {\n  COMMAND_NMT,\n  COMMAND_BOOT,\n  COMMAND_LSS\n};\n")
+        self.write(typed_commands.CPP, self.CPP)
+        self.write(typed_commands.CPP_LINE, "class Line {\n  // COMMAND_NMT.\n  Call nmt() const;\n  Call request() const;\n};\n")
+        self.write(typed_commands.IN_C, self.IN_C)
+        self.write(typed_commands.PYTHON, self.PYTHON)
+        self.write(typed_commands.PYTHON_LINE, 'class Line:\n    def nmt(self) -> int:\n        """NMT: sends."""\n')
+        self.write(typed_commands.SYMBOLS, self.SYMBOLS)
+        self.write(typed_commands.BYTES, self.BYTES)
+
+    def changed(self, path, text, before, after):
+        self.assertIn(before, text)
+        found = self.complaints(typed_commands, path, text.replace(before, after))
+        self.write(path, text)
+        return found
+
+    def test_all_have_a_typed_form(self):
+        self.assertEqual(list(typed_commands.check(self.root)), [])
+
+    def test_one_that_a_language_has_not(self):
+        for path, text, name in ((typed_commands.CPP, self.CPP, " boot("), (typed_commands.IN_C, self.IN_C, "linegate_boot("),
+                                 (typed_commands.PYTHON, self.PYTHON, "def boot(")):
+            found = self.changed(path, text, name, name.replace("boot", "start"))
+            self.assertIn(f"{path}: the typed command boot is missing", found)
+
+    def test_a_command_without_a_typed_form(self):
+        self.write(kinds.CONTRACT, "enum CommandKind {\n  COMMAND_NMT,\n  COMMAND_BOOT,\n  COMMAND_LSS,\n  COMMAND_NEW\n};\n")
+        self.assertEqual(len(list(typed_commands.check(self.root))), 3)
+
+    def test_a_service_without_a_typed_form(self):
+        found = self.changed(typed_commands.BYTES, self.BYTES, "| 0 | store |", "| 0 | store |\n| 1 | more |")
+        self.assertEqual(len(found), 1)
+
+    def test_a_function_without_its_version(self):
+        found = self.changed(typed_commands.SYMBOLS, self.SYMBOLS, "    linegate_call_boot;\n", "")
+        self.assertEqual(found, [f"{typed_commands.SYMBOLS}: linegate_call_boot of {typed_commands.IN_C} is not in LINEGATE_2"])
 
 
 class Contract(TreeCase):

@@ -18,7 +18,7 @@ from installed_client import EXAMPLES, Installed, output
 BUILD = ""
 LINES = {"hold.cpp": 40, "hold.c": 50, "hold.py": 25}  # of the examples, at most
 CLASSES = "Answer<.*>|Call|Client|Commands|EventReader|Group|Line|Snapshot|Value"
-STRUCTS = ("Options", "Value", "Image", "Event", "Request", "Result")
+STRUCTS = ("Options", "Value", "Image", "Setting", "Event", "Request", "Object", "BootResult", "Result")
 ENUMS = {"LineStatus": ("LINEGATE_STATUS_", ""), "GroupState": ("LINEGATE_GROUP_", ""),
          "Quality": ("LINEGATE_", "linegate_quality"), "Outcome": ("LINEGATE_", "linegate_outcome")}
 
@@ -109,7 +109,7 @@ class ClientLibrary(unittest.TestCase):
         for line in told[:-1]:
             word = line.split()[0]
             if word in STRUCTS:
-                struct = f"linegate_{word.lower()}"
+                struct = "linegate" + re.sub("([A-Z])", r"_\1", word).lower()
                 text += f'  printf("{word} %zu\\n", sizeof({struct}));\n'
             else:
                 text += f'  printf("{word} %zu\\n", offsetof({struct}, {word}));\n'

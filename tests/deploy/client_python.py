@@ -61,11 +61,48 @@ def typed(linegate, press):
     expect("own objects", (listed[0].index, listed[0].type), (0x1000, 7))
     expect("one of them", line.read_own(0x1000, 0).result(), listed[0].value)
     expect("connections", line.connections().result(), [])
+    expect("booted in words", [(one.ok, one.text != "") for one in line.boot(8).result()], [(True, True)])
+    more_typed(linegate, line)
     expect("versions", "linegate" in line.versions().result(), True)
     expect("an LSS service", line.lss_inquire_node_id().result().outcome in (0, 1), True)
     error = raised(linegate.CallError, line.read_journal(line="press", severity=1, most=5).result)
     expect("without a journal", str(error), "not possible in the present state")
     expect("a node that is none", raised(linegate.CallError, line.boot(200).result).outcome, linegate.Outcome.REFUSED)
+
+
+def more_typed(linegate, line):
+    """What the gateway accepts, and what it refuses with its reason: the bytes of each command are those of the contract."""
+    listed = linegate.commands.ListedObject(0x2000, 0, 5, 2, name="Speed", value=b"\x09")
+    line.create_object(listed).result()
+    expect("a created object", line.read_own(0x2000, 0).result(), b"\x09")
+    line.write_own(0x2000, 0, b"\x0a").result()
+    expect("listed", [(one.name, one.type, one.value, one.application) for one in line.list_objects(0x2000, 0x2000).result()],
+           [("Speed", 5, b"\x0a", True)])
+    line.remove_object(0x2000).result()
+    expect("removed", raised(linegate.CallError, line.read_own(0x2000, 0).result).reason, 0x0602_0000)
+    expect("too long a name", raised(linegate.CallError, line.create_object(
+        linegate.commands.ListedObject(0x2000, 0, 5, 2, name="x" * 256)).result).outcome, linegate.Outcome.REFUSED)
+
+    def written():
+        try:
+            return line.write_output(LAMP, 5, attempts=2).result().way
+        except linegate.CallError:
+            return None  # the device was booted again, and is not Operational yet
+    expect("an output", until("it is written", written), "pdo")
+    refused = raised(linegate.CallError, line.write_output("absent", 5).result)
+    expect("no such output", str(refused), "the line has no output or group of this name")
+    expect("PDOs of an output", len(line.trigger_pdos_of(LAMP).result()), 1)
+    for frame in (line.listen(1, 0x123, 0x7FF, extended=False), line.listen(1), line.listen(0, 0x123, 0x7FF, extended=False),
+                  line.send_frame(0x7F0, b"\1\2"), line.send_frame(0x1234_5678, b"", extended=True),
+                  line.send_frame(0x7F0, bytes(12), fd=True, bit_rate_switch=True), line.send_remote_frame(0x7F0, 8)):
+        frame.result()
+    raised(ValueError, lambda: line.send_frame(0x7F0, bytes(9)))
+    raised(ValueError, lambda: line.listen(1, 1 << 29))
+    for call in (line.check_sleep, line.sleep, line.sleep_unchecked, line.wake_up, lambda: line.object_to_sleep(True)):
+        expect("sleep that is not configured", raised(linegate.CallError, call().result).outcome, linegate.Outcome.REFUSED)
+    loading = line.program(8, 1, b"program")
+    raised(linegate.CallError, loading.result)
+    expect("what the device reported", loading.fault and loading.fault.index, 0x1F51)
 
 
 def numbers(linegate, client, press):
@@ -82,6 +119,7 @@ def numbers(linegate, client, press):
         interfaces=["lo", "eth7"]))), True)
     expect("peer", "the peer no-such-host has no" in str(raised(linegate.Error, lambda: linegate.Client(
         peers=["127.0.0.1", "no-such-host"]))), True)
+    expect("lines", "GATEWAY/LINE" in str(raised(linegate.Error, lambda: linegate.Client(lines=["press"]))), True)
     expect("strength", raised(linegate.Error, lambda: linegate.Client(strength=-1)).code, -6)
     expect("watchdog", raised(linegate.Error, lambda: press.group("lamps", watchdog=-1)).code, -1)
     expect("one object for a line", client.line("press") is press, True)
@@ -216,6 +254,7 @@ async def nobody_waits_for_ever(linegate):
 
 PLANT = """schema: 1
 gateway: {{name: cell}}
+journal: {{file: {journal}}}
 lines:
   - name: press
     interface: "simulated:"
@@ -227,6 +266,7 @@ lines:
         values:
           6200:1: {{alias: Level, unit: mm, scale: 0.5, offset: -10, high: 100}}
     simulate: [{{node: 8, profile: digital-io}}]
+    history: {{entries: ["panel.6200:1"], min_interval: 100ms}}
     outputs:
       defaults: {{panel.Level: -4.5, "panel.6200:2": 0}}
 """
@@ -237,7 +277,8 @@ def in_units(linegate, folder, linegated):
     read in it."""
     plant = os.path.join(folder, "scaled.yaml")
     with open(plant, "w", encoding="utf-8") as file:
-        file.write(PLANT.format(eds=os.path.join(EXAMPLES, "../../bridges/sim/eds/digital-io.eds")))
+        file.write(PLANT.format(eds=os.path.join(EXAMPLES, "../../bridges/sim/eds/digital-io.eds"),
+                                journal=os.path.join(folder, "journal")))
     gateway = subprocess.Popen([linegated, plant])
     try:
         with linegate.Client() as client:
@@ -272,6 +313,18 @@ def read_and_write_in_units(linegate, client):
     expect("in the device", press.sdo_read(8, 0x6200, 1).result(), b"\x2d")
     group.set("panel.Level", 255, raw=True)
     until("beyond its limit", lambda: client.poll(0.1) or shows(117.5, 255))
+    commands = linegate.commands.Commands(press)
+
+    def stored():
+        client.poll(0.1)
+        return [one for one in commands.read_journal(values=True, line="press").result().values if one.value == 255]
+    until("stored", stored)
+    one = stored()[0]
+    expect("the stored value", (one.line, one.output, one.name, one.unit, one.bits, one.scale, one.offset),
+           ("press", True, "panel.Level", "mm", 8, 0.5, -10))
+    page = commands.read_journal(values=True, text="no.such").result()
+    expect("an entry that is not stored", (page.values, page.unknown_entry, page.events), ([], True, []))
+    expect("events", any(event.line == "press" for event in commands.read_journal().result().events), True)
 
 
 def test(folder, build, linegated):

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <deque>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -64,11 +65,11 @@ class Application {
   void step() {
     static constexpr std::array kSteps{
         &Application::poll,     &Application::poll,        &Application::poll,
-        &Application::poll,     &Application::line,        &Application::look_at_line,
+        &Application::results,  &Application::line,        &Application::look_at_line,
         &Application::read,     &Application::subscribe,   &Application::follow,
         &Application::position, &Application::end_object,  &Application::group,
         &Application::set,      &Application::set_several, &Application::use_group,
-        &Application::call,     &Application::call,        &Application::use_call,
+        &Application::call,     &Application::typed,       &Application::use_call,
         &Application::connect,  &Application::close};
     (this->*kSteps[in_.byte() % kSteps.size()])();
   }
@@ -388,6 +389,199 @@ class Application {
                                           timeout()));
     }
   }
+  // The typed commands, with the same arguments in the places of each.
+  void typed() {
+    linegate_client* const with = handle();
+    const int line = object();
+    const std::array<unsigned, 4> n{argument(), argument(), argument(), argument()};
+    const std::vector<std::byte> bytes = in_.bytes(in_.byte() % 12);
+    const std::size_t length = in_.byte() == 0xFF ? std::size_t{1} << 40U : bytes.size();
+    const void* const data = in_.byte() == 0xFF ? nullptr : bytes.data();
+    const int flag = static_cast<int>(in_.byte() % 3) - 1;
+    const linegate_lss_address address{n[0], n[1], n[2], n[3]};
+    const linegate_lss_address* const lss = in_.byte() == 0xFF ? nullptr : &address;
+    const char* const words = text();
+    const int time = timeout();
+    const std::array<std::function<int()>, 48> commands{
+        [&] {
+          return linegate_write_object(with, line, n[0], n[1], n[2], data, length, n[3], time);
+        },
+        [&] { return write_output(with, line, words, bytes, time); },
+        [&] { return linegate_read_network(with, line, n[0], n[1], n[2], n[3], time); },
+        [&] {
+          return linegate_write_network(with, line, n[0], n[1], n[2], n[3], data, length, time);
+        },
+        [&] { return linegate_read_own(with, line, n[0], n[1], n[2], time); },
+        [&] { return linegate_write_own(with, line, n[0], n[1], data, length, n[2], flag, time); },
+        [&] { return linegate_list_objects(with, line, n[0], n[1], n[2], time); },
+        [&] { return create_object(with, line, words, bytes, time); },
+        [&] { return linegate_remove_object(with, line, n[0], time); },
+        [&] { return linegate_scan(with, line, n[0], time); },
+        [&] { return linegate_apply_scan(with, line, n[0], flag, -flag, time); },
+        [&] { return linegate_boot(with, line, n[0], time); },
+        [&] { return linegate_compare(with, line, n[0], time); },
+        [&] { return linegate_configure(with, line, n[0], time); },
+        [&] { return linegate_program(with, line, n[0], n[1], data, length, time); },
+        [&] { return linegate_lss_switch_global(with, line, flag, time); },
+        [&] { return linegate_lss_switch_selective(with, line, lss, time); },
+        [&] { return linegate_lss_set_node_id(with, line, n[0], flag, time); },
+        [&] { return linegate_lss_set_bit_timing(with, line, n[0], n[1], time); },
+        [&] { return linegate_lss_activate_bit_timing(with, line, n[0], time); },
+        [&] { return linegate_lss_store(with, line, time); },
+        [&] { return linegate_lss_inquire_address(with, line, time); },
+        [&] { return linegate_lss_inquire_node_id(with, line, time); },
+        [&] { return linegate_lss_identify(with, line, lss, n[0], n[1], time); },
+        [&] { return linegate_lss_identify_unconfigured(with, line, time); },
+        [&] { return linegate_lss_fastscan(with, line, n[0], lss, time); },
+        [&] { return linegate_lss_assign_node_ids(with, line, time); },
+        [&] { return linegate_trigger_pdo(with, line, n[0], n[1], time); },
+        [&] { return linegate_trigger_pdos_of(with, line, words, time); },
+        [&] { return linegate_request_pdo(with, line, n[0], n[1], time); },
+        [&] { return linegate_write_mpdo(with, line, n[0], n[1], n[2], data, length, n[3], time); },
+        [&] { return linegate_send_emcy(with, line, n[0], n[1], nullptr, n[2], time); },
+        [&] { return linegate_send_frame(with, line, n[0], data, length, n[1], time); },
+        [&] { return linegate_send_remote_frame(with, line, n[0], n[1], flag, time); },
+        [&] { return linegate_listen(with, line, n[0], n[1], n[2], flag, time); },
+        [&] { return linegate_trace_routing(with, line, n[0], time); },
+        [&] { return linegate_open_connection(with, line, n[0], n[1], time); },
+        [&] { return linegate_close_connection(with, line, n[0], time); },
+        [&] { return linegate_connections(with, line, time); },
+        [&] { return linegate_check_sleep(with, line, time); },
+        [&] { return linegate_sleep(with, line, time); },
+        [&] { return linegate_sleep_unchecked(with, line, time); },
+        [&] { return linegate_wake_up(with, line, time); },
+        [&] { return linegate_object_to_sleep(with, line, flag, time); },
+        [&] { return linegate_versions(with, line, time); },
+        [&] { return linegate_restart_bus(with, line, time); },
+        [&] { return linegate_set_bus_faults(with, line, words, time); },
+        [&] { return read_journal(with, line, words, n, time); }};
+    keep(commands[in_.byte() % commands.size()]());
+  }
+  unsigned argument() {
+    const std::uint8_t byte = in_.byte();
+    return byte % 16 == 15 ? static_cast<unsigned>(number(in_)) : byte;
+  }
+  static int write_output(linegate_client* with, int line, const char* name,
+                          const std::vector<std::byte>& bytes, int time) {
+    linegate_setting output{};
+    output.name = name;
+    output.type = bytes.empty() ? LINEGATE_UNSIGNED : LINEGATE_BYTES;
+    output.bytes = bytes.data();
+    output.length = bytes.size();
+    return linegate_write_output(with, line, &output, time);
+  }
+  int create_object(linegate_client* with, int line, const char* name,
+                    const std::vector<std::byte>& value, int time) {
+    linegate_object object{};
+    object.size = sizeof object - in_.byte() / 255U;
+    object.index = static_cast<std::uint16_t>(0x2000U + in_.byte());
+    object.type = in_.byte();
+    object.access = in_.byte();
+    object.name = name;
+    object.value = value.data();
+    object.length = value.size();
+    return linegate_create_object(with, line, &object, static_cast<std::int64_t>(number(in_)),
+                                  time);
+  }
+  int read_journal(linegate_client* with, int line, const char* words,
+                   const std::array<unsigned, 4>& n, int time) {
+    linegate_journal_query query{};
+    query.size = sizeof query - in_.byte() / 255U;
+    query.flags = n[0];
+    query.most = n[1];
+    query.line = words;
+    query.node = static_cast<std::uint8_t>(n[2]);
+    query.kind = static_cast<std::uint8_t>(n[3]);
+    query.severity = in_.byte();
+    query.since = static_cast<std::int64_t>(number(in_));
+    return linegate_read_journal(with, line, in_.byte() == 0xFF ? nullptr : &query, time);
+  }
+
+  // What the results point to: a sanitizer sees what does not exist.
+  static void touch(const char* text) { LINEGATE_EXPECT(std::strlen(text) < 100'000); }
+  static void touch(const void* data, std::size_t length) {
+    const auto* const bytes = static_cast<const unsigned char*>(data);
+    unsigned sum = 0;
+    for (std::size_t i = 0; i < length; ++i)
+      sum += bytes[i];
+    LINEGATE_EXPECT(sum <= 255 * length);
+  }
+  // Whether there is one.
+  static bool look(int result) {
+    const bool known = result == LINEGATE_ERROR_NAME || result == LINEGATE_ERROR_FAILED ||
+                       result == LINEGATE_ERROR_ARGUMENT || result == LINEGATE_ERROR_CLOSED;
+    LINEGATE_EXPECT(result >= 0 || known);
+    return result >= 0;
+  }
+  template <class T>
+  T sized() {
+    T out{};
+    out.size = sizeof out - in_.byte() / 255U;
+    return out;
+  }
+  void results() {
+    linegate_client* const with = handle();
+    const int call = object();
+    const std::size_t place = argument(), inner = argument();
+    results_of_objects(with, call, place, inner);
+    results_of_nodes(with, call, place, inner);
+    results_of_journal(with, call, place);
+  }
+  void results_of_objects(linegate_client* with, int call, std::size_t place, std::size_t inner) {
+    auto delivery = sized<linegate_delivery>();
+    if (look(linegate_call_delivery(with, call, &delivery)))
+      touch(delivery.missing, delivery.missing_count * sizeof *delivery.missing);
+    auto listed = sized<linegate_object>();
+    if (look(linegate_call_object(with, call, place, &listed))) {
+      touch(listed.name);
+      touch(listed.value, listed.length);
+    }
+    auto scanned = sized<linegate_scanned_node>();
+    auto value = sized<linegate_object_value>();
+    const bool has_node = look(linegate_call_scanned(with, call, place, &scanned));
+    if (look(linegate_call_scanned_value(with, call, place, inner, &value))) {
+      LINEGATE_EXPECT(!has_node || inner < scanned.values);
+      touch(value.value, value.length);
+    }
+    look(linegate_call_pdo(with, call, place));
+    look(linegate_call_objection(with, call, place));
+  }
+  void results_of_nodes(linegate_client* with, int call, std::size_t place, std::size_t inner) {
+    auto boot = sized<linegate_boot_result>();
+    if (look(linegate_call_boot(with, call, place, &boot)))
+      touch(boot.text);
+    auto configuration = sized<linegate_configuration>();
+    auto difference = sized<linegate_difference>();
+    const bool has_node = look(linegate_call_configuration(with, call, place, &configuration));
+    if (look(linegate_call_difference(with, call, place, inner, &difference))) {
+      LINEGATE_EXPECT(!has_node || inner < configuration.differences);
+      touch(difference.expected, difference.expected_length);
+      touch(difference.found, difference.found_length);
+    }
+    auto fault = sized<linegate_program_fault>();
+    look(linegate_call_program_fault(with, call, &fault));
+    auto lss = sized<linegate_lss_result>();
+    auto assignment = sized<linegate_lss_assignment>();
+    look(linegate_call_lss(with, call, &lss));
+    look(linegate_call_assignment(with, call, place, &assignment));
+    auto connection = sized<linegate_connection>();
+    look(linegate_call_connection(with, call, place, &connection));
+  }
+  void results_of_journal(linegate_client* with, int call, std::size_t place) {
+    auto page = sized<linegate_journal_page>();
+    look(linegate_call_page(with, call, &page));
+    linegate_event event{};
+    if (look(linegate_call_event(with, call, place, &event))) {
+      touch(event.line);
+      touch(event.text);
+    }
+    auto value = sized<linegate_history_value>();
+    if (look(linegate_call_history_value(with, call, place, &value))) {
+      touch(value.line);
+      touch(value.name);
+      touch(value.unit);
+    }
+  }
   void use_call() {
     const int call = object();
     const Buffer data = buffer();
@@ -432,6 +626,7 @@ class Application {
     options.domain = static_cast<std::uint32_t>(number(in_));
     options.interfaces = text();
     options.peers = text();
+    options.lines = text();
     const Buffer words = buffer();
     LINEGATE_EXPECT(linegate_connect(in_.flag() ? &options : nullptr, words.data(), words.size()) ==
                     nullptr);

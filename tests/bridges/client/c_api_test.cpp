@@ -128,6 +128,33 @@ TEST_F(ClientInC, AProgramInCUsesIt) {
   EXPECT_EQ(use_in_c(client), 0);
 }
 
+TEST(OptionsInC, LinesAreNamedWithTheirGateway) {
+  char error[120];
+  linegate_options options{};
+  options.size = sizeof options;
+  options.interfaces = "no-such-interface";
+  options.lines = "cell/press,press";
+  EXPECT_EQ(linegate_connect(&options, error, sizeof error), nullptr);
+  EXPECT_STREQ(error, "\"press\" is not GATEWAY/LINE");
+  options.lines = "cell/press";
+  EXPECT_EQ(linegate_connect(&options, error, sizeof error), nullptr);
+  EXPECT_NE(std::string(error).find("no-such-interface"), std::string::npos) << error;
+}
+
+// The member `lines` was added after the others.
+TEST(OptionsInC, AProgramThatWasBuiltBeforeHasNoLines) {
+  char error[120];
+  linegate_options options{};
+  options.size = offsetof(linegate_options, lines);
+  options.interfaces = "no-such-interface";
+  options.lines = "press";
+  EXPECT_EQ(linegate_connect(&options, error, sizeof error), nullptr);
+  EXPECT_NE(std::string(error).find("no-such-interface"), std::string::npos) << error;
+  options.size -= 1;
+  EXPECT_EQ(linegate_connect(&options, error, sizeof error), nullptr);
+  EXPECT_NE(std::string(error).find("size"), std::string::npos) << error;
+}
+
 TEST_F(ClientInC, WrongArgumentsAreErrors) {
   linegate_value value;
   const char* const names[] = {nullptr};

@@ -3,6 +3,7 @@
 #include "bridges/client/linegate.h"
 
 int use_in_c(linegate_client* client);
+int use_commands_in_c(linegate_client* client);
 
 static void on_values(void* user, const linegate_value* values, size_t count,
                       const linegate_image* image) {
@@ -31,4 +32,17 @@ int use_in_c(linegate_client* client) {
   if (linegate_connect(&options, error, sizeof error) != NULL || error[0] == 0)
     return 5;
   return linegate_error_text(LINEGATE_ERROR_NAME)[0] == 0 ? 6 : 0;
+}
+
+int use_commands_in_c(linegate_client* client) {
+  linegate_boot_result boot = {.size = sizeof boot};
+  const int line = linegate_line(client, "press");
+  const int call = linegate_boot(client, line, 0, LINEGATE_LONG);
+  if (linegate_call_wait(client, call) <= 0)
+    return 1;
+  if (linegate_call_boot(client, call, 0, &boot) != LINEGATE_OK || boot.node != 3 || !boot.ok)
+    return 2;
+  if (linegate_call_boot(client, call, 1, &boot) != LINEGATE_ERROR_NAME)
+    return 3;
+  return linegate_free(client, call) != LINEGATE_OK ? 4 : 0;
 }

@@ -423,6 +423,10 @@ class Call:
         result = self._result()
         if result.outcome != Outcome.DONE:
             raise CallError(Outcome(result.outcome), result.code, _text(result.text))
+        return self._bytes(result)
+
+    def _bytes(self, result: c.Result) -> bytes:
+        """The data of the reply, also of a call that failed."""
         buffer = ctypes.create_string_buffer(max(1, result.length))
         length = _checked(_lib.linegate_call_data(self._client._handle, self._number, buffer, result.length))
         return buffer.raw[:length]
@@ -624,17 +628,30 @@ class Line:
         return Call(self._client, _checked(_lib.linegate_request_call(self._client._handle, self._number, request,
                                                                       _milliseconds(timeout))))
 
+    def _begin(self, function: Callable[..., int], *arguments: Any, timeout: float = 10.0, attempts: int = 1) -> Call:
+        """A command by a function of linegate.h."""
+        if not 0 <= attempts < 1 << 32:
+            raise _error(-6, "attempts")
+        handle = self._client._handle
+        if self._client._task is None:
+            self._client._free()
+        _checked(_lib.linegate_set_attempts(handle, self._number, attempts))  # other calls have their own
+        try:
+            return Call(self._client, _checked(function(handle, self._number, *arguments, _milliseconds(timeout))))
+        finally:
+            _lib.linegate_set_attempts(handle, self._number, 1)
+
     def sdo_read(self, node: int, index: int, sub: int = 0, *, timeout: float = 10.0, attempts: int = 1) -> Call:
-        """Reads an object of a device."""
+        """SDO_READ: reads an object of a device."""
         return self.request(0, node=node, index=index, sub=sub, timeout=timeout, attempts=attempts)
 
     def sdo_write(self, node: int, index: int, sub: int, value: bytes, *, timeout: float = 10.0,
                   attempts: int = 1) -> Call:
-        """Writes an object of a device."""
+        """SDO_WRITE: writes an object of a device."""
         return self.request(1, node=node, index=index, sub=sub, data=value, timeout=timeout, attempts=attempts)
 
     def nmt(self, node: int, command: int, *, timeout: float = 10.0, attempts: int = 1) -> Call:
-        """Sends an NMT command: NMT_ of linegate.idl (1 start, 2 stop, 128 pre-operational, ...); node 0 = all."""
+        """NMT: sends an NMT command: NMT_ of linegate.idl (1 start, 2 stop, 128 pre-operational, ...); node 0 = all."""
         return self.request(6, node=node, nmt=command, timeout=timeout, attempts=attempts)
 
 
@@ -644,7 +661,7 @@ class Client:
     def __init__(self, domain: int = 0, *, profile: Optional[str] = None, identity: Optional[str] = None,
                  name: Optional[str] = None, strength: int = 0, read_only: bool = False,
                  interfaces: Sequence[str] = (), peers: Sequence[str] = (),
-                 discovery_servers: Sequence[str] = (), multicast: bool = False) -> None:
+                 discovery_servers: Sequence[str] = (), multicast: bool = False, lines: Sequence[str] = ()) -> None:
         self._callbacks: dict[int, Any] = {}
         self._due: deque[tuple[list[bool], Callable[[], None]]] = deque()  # call-backs; empty list: not wanted any more
         self._lines: dict[str, Line] = {}
@@ -658,11 +675,12 @@ class Client:
         self._closed = ctypes.c_char()  # no client has its address
         error = ctypes.create_string_buffer(1024)
         encoded = [None if text is None else text.encode() for text in
-                   (profile, identity, name, ",".join(interfaces), ",".join(peers), ",".join(discovery_servers))]
+                   (profile, identity, name, ",".join(interfaces), ",".join(peers), ",".join(discovery_servers),
+                    ",".join(lines))]
         options = _structure(c.Options, size=ctypes.sizeof(c.Options), domain=domain, strength=strength,
                              profile=encoded[0], identity=encoded[1], name=encoded[2], read_only=int(read_only),
                              interfaces=encoded[3], peers=encoded[4], discovery_servers=encoded[5],
-                             multicast=int(multicast))
+                             multicast=int(multicast), lines=encoded[6])
         self._handle = _lib.linegate_connect(options, error, len(error))
         if not self._handle:
             raise Error(-8, _text(error.value))

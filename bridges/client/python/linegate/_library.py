@@ -16,7 +16,7 @@ class Options(Structure):
     """linegate_options."""
     _fields_ = [("size", c_size_t), ("domain", c_uint32), ("strength", c_uint32), ("profile", c_char_p),
                 ("identity", c_char_p), ("name", c_char_p), ("read_only", c_int), ("interfaces", c_char_p),
-                ("peers", c_char_p), ("discovery_servers", c_char_p), ("multicast", c_int)]
+                ("peers", c_char_p), ("discovery_servers", c_char_p), ("multicast", c_int), ("lines", c_char_p)]
 
 
 class Value(Structure):
@@ -50,6 +50,20 @@ class Request(Structure):
     _fields_ = [("size", c_size_t), ("kind", c_uint8), ("node", c_uint8), ("index", c_uint16), ("sub", c_uint8),
                 ("nmt", c_uint8), ("code", c_uint16), ("error_register", c_uint8), ("entry", c_uint32),
                 ("layout_id", c_uint64), ("data", c_char_p), ("length", c_size_t), ("attempts", c_uint)]
+
+
+class Object(Structure):
+    """linegate_object."""
+    _fields_ = [("size", c_size_t), ("index", c_uint16), ("sub", c_uint8), ("access", c_uint8), ("type", c_uint16),
+                ("mappable", c_uint8), ("stored", c_uint8), ("application", c_uint8), ("name", c_char_p),
+                ("value", c_char_p), ("length", c_size_t)]
+
+
+class BootResult(Structure):
+    """linegate_boot_result."""
+    _fields_ = [("size", c_size_t), ("node", c_uint8), ("letter", c_char), ("reason", c_uint8), ("ok", c_uint8),
+                ("index", c_uint16), ("sub", c_uint8), ("abort", c_uint32), ("expected", c_uint32), ("found", c_uint32),
+                ("text", c_char_p)]
 
 
 class Result(Structure):
@@ -93,7 +107,12 @@ FUNCTIONS = {
     "linegate_group_owner": (c_int, [c_void_p, c_int, c_char_p, c_size_t]),
     "linegate_subscribe_group": (c_int, [c_void_p, c_int, ON_GROUP, c_void_p]),
     "linegate_request_call": (c_int, [c_void_p, c_int, POINTER(Request), c_int]),
+    "linegate_set_attempts": (c_int, [c_void_p, c_int, c_uint]),
+    "linegate_write_output": (c_int, [c_void_p, c_int, POINTER(Setting), c_int]),
+    "linegate_trigger_pdos_of": (c_int, [c_void_p, c_int, c_char_p, c_int]),
+    "linegate_create_object": (c_int, [c_void_p, c_int, POINTER(Object), c_int64, c_int]),
     "linegate_call_wait": (c_int, [c_void_p, c_int]),
+    "linegate_call_boot": (c_int, [c_void_p, c_int, c_size_t, POINTER(BootResult)]),
     "linegate_call_result": (c_int, [c_void_p, c_int, POINTER(Result)]),
     "linegate_call_data": (c_int, [c_void_p, c_int, c_char_p, c_size_t]),
     "linegate_call_cancel": (c_int, [c_void_p, c_int]),

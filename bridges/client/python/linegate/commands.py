@@ -6,17 +6,21 @@
         print(result.node, result.letter)
 
 What they do is in linegate.idl, at the CommandKind that each names. Each takes `timeout` and `attempts` as
-Line.request() does. Values of objects are bytes, little-endian; SDO abort codes are those of CiA 301, 0 = none.
+Line.request() does. A parameter that is out of range raises an error at once, or refuses the call. Values of objects
+are bytes, little-endian; SDO abort codes are those of CiA 301, 0 = none.
 """
 
 from __future__ import annotations
 
+import ctypes
 import enum
+import operator
 import struct
 from dataclasses import dataclass
 from typing import Any, Callable, Generator, Generic, List, Optional, Sequence, TypeVar
 
-from . import Call, CallError, Event, Line
+from . import Call, CallError, Event, Line, Outcome, Output, _encoded, _lib, _setting, _structure
+from . import _library as c
 
 T = TypeVar("T")
 LONG = 600.0  # seconds, for commands that wait for devices
@@ -90,6 +94,35 @@ class Answer(Call, Generic[T]):
         return self._parsed(data)
 
 
+class BootAnswer(Answer[List["BootResult"]]):
+    """Of boot(): the library has the words of the results."""
+
+    def __init__(self, of: Call) -> None:
+        super().__init__(of, lambda _data: self._all())
+
+    def _all(self) -> List["BootResult"]:
+        out: List[BootResult] = []
+        boot = c.BootResult(size=ctypes.sizeof(c.BootResult))
+        while _lib.linegate_call_boot(self._client._handle, self._number, len(out), boot) == 0:
+            out.append(BootResult(boot.node, _text(boot.letter.rstrip(b"\0")), boot.index, boot.sub, boot.reason,
+                                  boot.abort, boot.expected, boot.found, _text(boot.text), bool(boot.ok)))
+        return out
+
+
+class ProgramAnswer(Answer[None]):
+    """Of program()."""
+
+    def __init__(self, of: Call) -> None:
+        super().__init__(of, lambda _data: None)
+
+    @property
+    def fault(self) -> Optional["ProgramFault"]:
+        """What the device reported of a download that failed; None: nothing."""
+        result = self._call._result()
+        data = self._call._bytes(result) if result.outcome == Outcome.SDO_ABORT else b""
+        return ProgramFault(*struct.unpack("<HBI", data)) if len(data) == 7 else None
+
+
 @dataclass(frozen=True)
 class Delivery:
     """How a value was sent. way: "" (own node, or carried by no PDO), "sdo" or "pdo". wait: what its PDO waits for,
@@ -115,11 +148,11 @@ class ListedObject:
     sub: int
     type: int  # CiA 301 data type
     access: int
-    mappable: bool
-    stored: bool
-    application: bool
-    name: str
-    value: bytes
+    mappable: bool = False  # PDOs can map it
+    stored: bool = False  # by 1010h
+    application: bool = False
+    name: str = ""
+    value: bytes = b""  # empty: not readable, or longer than 255 bytes
 
 
 @dataclass(frozen=True)
@@ -133,7 +166,7 @@ class ScannedNode:
 @dataclass(frozen=True)
 class BootResult:
     """Of a boot process. letter: error status of CiA 302-2, "" = booted. reason: 0 none, 1 a transfer was aborted, 2 a
-    value differs, 3 the object was written last."""
+    value differs, 3 the object was written last. text: in words. ok: it was booted, or was running."""
     node: int
     letter: str
     index: int
@@ -142,6 +175,8 @@ class BootResult:
     abort: int
     expected: int
     found: int
+    text: str
+    ok: bool
 
 
 @dataclass(frozen=True)
@@ -161,6 +196,19 @@ class Configuration:
     letter: str
     abort: int
     differences: Sequence[Difference]
+
+    @property
+    def ok(self) -> bool:
+        """Whether it is as configured."""
+        return not (self.letter or self.abort or self.differences)
+
+
+@dataclass(frozen=True)
+class ProgramFault:
+    """Of a failed program download: what the device reported."""
+    index: int
+    sub: int
+    value: int
 
 
 @dataclass(frozen=True)
@@ -234,12 +282,32 @@ class SdoConnection:
 
 
 @dataclass(frozen=True)
+class HistoryValue:
+    """A stored value. It holds from its time on, until the next one of the same line, direction, node and name. type:
+    CiA 301 data type. bits: its size. value: its bits; None: no value is valid, or known. That in the unit is that of
+    the bits * scale + offset."""
+    line: str
+    output: bool
+    node: int
+    name: str
+    unit: str
+    type: int
+    bits: int
+    scale: float
+    offset: float
+    time: int
+    value: Optional[int]
+
+
+@dataclass(frozen=True)
 class JournalPage:
-    """Events that a journal has stored, without `gateway` and `name`. cursor: of the next page. more: it does not reach
-    the end."""
+    """Events that a journal has stored, without `gateway` and `name`, or values. cursor: of the next page. more: it does
+    not reach the end. unknown_entry: the gateway stores no entry that fulfils the conditions."""
     events: Sequence[Event]
+    values: Sequence[HistoryValue]
     cursor: bytes
     more: bool
+    unknown_entry: bool
 
 
 def _journal_event(fields: _Fields) -> Event:
@@ -249,14 +317,37 @@ def _journal_event(fields: _Fields) -> Event:
                  False)
 
 
+def _series(fields: _Fields) -> dict[str, Any]:
+    direction, node, kind, bits = fields.numbers("BBHH")
+    line, name = _text(fields.sized(1)), _text(fields.sized(2))
+    scale, offset = fields.numbers("dd")
+    return {"line": line, "output": direction != 0, "node": node, "name": name, "unit": _text(fields.sized(1)),
+            "type": kind, "bits": bits, "scale": scale, "offset": offset}
+
+
+def _history(fields: _Fields) -> List[HistoryValue]:
+    series: List[dict[str, Any]] = []
+    out = []
+    while fields.more:
+        number = fields.number(2)
+        if number == len(series):
+            series.append(_series(fields))
+        if number >= len(series):
+            raise ValueError("a series without its description")
+        time, _clock, valid, bits = fields.numbers("qBBQ")
+        out.append(HistoryValue(**series[number], time=time, value=bits if valid else None))
+    return out
+
+
 def _page(data: bytes) -> JournalPage:
     fields = _Fields(data)
     flags, cursor = fields.number(1), fields.bytes(16)
     fields.bytes(16)
-    events = []
+    events: List[Event] = []
+    values = _history(fields) if flags & 4 else []
     while fields.more:
         events.append(_journal_event(fields))
-    return JournalPage(events, cursor, bool(flags & 1))
+    return JournalPage(events, values, cursor, bool(flags & 1), bool(flags & 8))
 
 
 def _delivery(data: bytes) -> Delivery:
@@ -293,13 +384,18 @@ def _scanned(fields: _Fields) -> ScannedNode:
     return ScannedNode(node, abort, values)
 
 
+def _number(fields: _Fields) -> int:
+    return fields.number(2)
+
+
+def _identifier(number: int) -> int:
+    if not 0 <= operator.index(number) < 1 << 29:
+        raise ValueError("an identifier has at most 29 bits")
+    return number
+
+
 def _letter(number: int) -> str:
     return chr(number) if number else ""
-
-
-def _boot(fields: _Fields) -> BootResult:
-    node, letter, *others = fields.numbers("BBHBBIII")
-    return BootResult(node, _letter(letter), *others)
 
 
 def _configuration(fields: _Fields) -> Configuration:
@@ -336,6 +432,12 @@ class Commands:
         return self._call(Kind.OBJECT_WRITE, _delivery, options, node=node, index=index, sub=sub, data=value,
                           code=int(by_sdo) | int(keep_pdo) << 1)
 
+    def write_output(self, name: str, value: Output, *, raw: bool = False, **options: Any) -> Answer[Delivery]:
+        """OUTPUT_WRITE: one output, by a person, by its name, in its unit; raw: the value in the PDO. The line must be
+        ready."""
+        setting = _setting(name, value, raw)
+        return Answer(self._line._begin(_lib.linegate_write_output, setting, **options), _delivery)
+
     def read_network(self, network: int, node: int, index: int, sub: int, **options: Any) -> Call:
         """NETWORK_READ: of a device in another network."""
         return self._line.request(Kind.NETWORK_READ, code=network, node=node, index=index, sub=sub, **options)
@@ -359,6 +461,21 @@ class Commands:
         """LOCAL_READ of a list. node: 0, or the one whose device file is listed."""
         return self._call(Kind.LOCAL_READ, _list_of(_object), options, node=node, index=first, entry=last, code=2)
 
+    def create_object(self, described: ListedObject, *, image_byte: Optional[int] = None, **options: Any) -> Call:
+        """OBJECT_CREATE: with its default in `value`; `application` has no effect. image_byte: its bytes are those of the
+        image from there on."""
+        value = bytes(described.value)
+        to = _structure(c.Object, size=ctypes.sizeof(c.Object), index=described.index, sub=described.sub,
+                        type=described.type, access=described.access, mappable=int(described.mappable),
+                        stored=int(described.stored), name=_encoded(described.name), value=value, length=len(value))
+        if image_byte is not None and not 0 <= operator.index(image_byte) < 1 << 32:
+            raise ValueError("image_byte is not in the image")
+        return self._line._begin(_lib.linegate_create_object, to, -1 if image_byte is None else image_byte, **options)
+
+    def remove_object(self, index: int, **options: Any) -> Call:
+        """OBJECT_CREATE, code 1."""
+        return self._line.request(Kind.OBJECT_CREATE, index=index, code=1, **options)
+
     def scan(self, node: int = 0, *, timeout: float = LONG, **options: Any) -> Answer[List[ScannedNode]]:
         """SCAN. node 0: all."""
         return self._call(Kind.SCAN, _list_of(_scanned), options, node=node, timeout=timeout)
@@ -371,7 +488,7 @@ class Commands:
 
     def boot(self, node: int = 0, *, timeout: float = LONG, **options: Any) -> Answer[List[BootResult]]:
         """BOOT. node 0: all of the network list."""
-        return self._call(Kind.BOOT, _list_of(_boot), options, node=node, timeout=timeout)
+        return BootAnswer(self._line.request(Kind.BOOT, node=node, timeout=timeout, **options))
 
     def compare(self, node: int = 0, *, timeout: float = LONG, **options: Any) -> Answer[List[Configuration]]:
         """CONFIGURE, code 0: compares with the configuration. node 0: all."""
@@ -381,9 +498,10 @@ class Commands:
         """CONFIGURE, code 1: boots and configures. node 0: all."""
         return self._call(Kind.CONFIGURE, _list_of(_configuration), options, node=node, timeout=timeout, code=1)
 
-    def program(self, node: int, number: int, program: bytes, *, timeout: float = LONG, **options: Any) -> Call:
+    def program(self, node: int, number: int, program: bytes, *, timeout: float = LONG, **options: Any) -> ProgramAnswer:
         """PROGRAM: loads a program, number from 1."""
-        return self._line.request(Kind.PROGRAM, node=node, sub=number, data=program, timeout=timeout, **options)
+        return ProgramAnswer(self._line.request(Kind.PROGRAM, node=node, sub=number, data=program, timeout=timeout,
+                                                **options))
 
     def _lss(self, code: int, arguments: bytes, options: dict[str, Any]) -> Answer[LssResult]:
         return self._call(Kind.LSS, _lss, options, code=code, data=arguments)
@@ -441,7 +559,11 @@ class Commands:
 
     def trigger_pdo(self, number: int, *, node: int = 0, **options: Any) -> Answer[List[int]]:
         """PDO_TRIGGER: by the number of the PDO, with `node` by that of its RPDO. Result: their numbers."""
-        return self._call(Kind.PDO_TRIGGER, _list_of(lambda fields: fields.number(2)), options, code=number, node=node)
+        return self._call(Kind.PDO_TRIGGER, _list_of(_number), options, code=number, node=node)
+
+    def trigger_pdos_of(self, output: str, **options: Any) -> Answer[List[int]]:
+        """PDO_TRIGGER: all that carry that output. The line must be ready. Result: their numbers."""
+        return Answer(self._line._begin(_lib.linegate_trigger_pdos_of, _encoded(output), **options), _list_of(_number))
 
     def request_pdo(self, node: int, number: int, **options: Any) -> Call:
         """PDO_REQUEST. node 0: number is that of an RPDO of the own node."""
@@ -458,11 +580,26 @@ class Commands:
         return self._line.request(Kind.EMCY_SEND, node=node, code=code, error_register=error_register, data=manufacturer,
                                   **options)
 
-    def send_frame(self, identifier: int, data: bytes, *, extended: bool = False, **options: Any) -> Call:
-        """CAN_SEND: a classical frame that no service of the line uses."""
-        if not 0 <= identifier < 1 << 29:
-            raise ValueError("an identifier has at most 29 bits")
-        return self._line.request(Kind.CAN_SEND, entry=identifier | int(extended) << 31, data=data, **options)
+    def send_frame(self, identifier: int, data: bytes, *, extended: bool = False, fd: bool = False,
+                   bit_rate_switch: bool = False, **options: Any) -> Call:
+        """CAN_SEND: a frame that no service of the line uses. Up to 8 bytes; fd: up to 64."""
+        if len(data) > (64 if fd else 8) or bit_rate_switch and not fd:
+            raise ValueError("a classical frame has at most 8 bytes and one bit rate, one of CAN FD 64 bytes")
+        return self._line.request(Kind.CAN_SEND, entry=_identifier(identifier) | int(extended) << 31, data=data,
+                                  sub=4 + int(bit_rate_switch) if fd else 0, **options)
+
+    def send_remote_frame(self, identifier: int, length: int, *, extended: bool = False, **options: Any) -> Call:
+        """CAN_SEND: a remote frame. length: that is requested."""
+        return self._line.request(Kind.CAN_SEND, entry=_identifier(identifier) | int(extended) << 31 | 1 << 30,
+                                  code=length, **options)
+
+    def listen(self, seconds: int, identifier: int = 0, mask: int = 0, *, extended: Optional[bool] = None,
+               **options: Any) -> Call:
+        """CAN_LISTEN: such frames as events for that time, 0 = no more. mask: the bits of the identifier that are
+        compared. extended: only frames with 29-bit, or 11-bit, identifiers."""
+        bits = _identifier(mask) | int(extended is not None) << 31
+        return self._line.request(Kind.CAN_LISTEN, code=seconds, entry=_identifier(identifier) | int(bool(extended)) << 31,
+                                  data=bits.to_bytes(4, "little"), **options)
 
     def trace_routing(self, seconds: int, **options: Any) -> Call:
         """ROUTING_TRACE: 1 to 3600 s."""
@@ -481,9 +618,25 @@ class Commands:
         """CONNECTION_LIST."""
         return self._call(Kind.CONNECTION_LIST, _list_of(_connection), options)
 
-    def sleep(self, code: int, **options: Any) -> Answer[List[int]]:
-        """SLEEP: 0 check, 1 check and sleep, 2 sleep, 3 wake, 4 object, 5 consent. Result: the nodes that object."""
-        return self._call(Kind.SLEEP, list, options, code=code)
+    def check_sleep(self, **options: Any) -> Answer[List[int]]:
+        """SLEEP, code 0: whether all nodes can sleep. Result: the node-IDs of nodes that object."""
+        return self._call(Kind.SLEEP, list, options, code=0)
+
+    def sleep(self, **options: Any) -> Answer[List[int]]:
+        """SLEEP, code 1: checks, and sleeps without an objection. Result likewise."""
+        return self._call(Kind.SLEEP, list, options, code=1)
+
+    def sleep_unchecked(self, **options: Any) -> Call:
+        """SLEEP, code 2."""
+        return self._line.request(Kind.SLEEP, code=2, **options)
+
+    def wake_up(self, **options: Any) -> Call:
+        """SLEEP, code 3."""
+        return self._line.request(Kind.SLEEP, code=3, **options)
+
+    def object_to_sleep(self, object_: bool, **options: Any) -> Call:
+        """SLEEP, code 4 and 5: the own node objects, or consents again."""
+        return self._line.request(Kind.SLEEP, code=4 if object_ else 5, **options)
 
     def versions(self, **options: Any) -> Answer[str]:
         """VERSIONS of the gateway."""
@@ -499,12 +652,14 @@ class Commands:
 
     def read_journal(self, *, line: Optional[str] = None, node: Optional[int] = None, kind: Optional[int] = None,
                      severity: int = 0, text: str = "", since: Optional[int] = None, until: Optional[int] = None,
-                     cursor: bytes = bytes(16), newest_first: bool = False, most: int = 0,
+                     cursor: bytes = bytes(16), newest_first: bool = False, most: int = 0, values: bool = False,
                      **options: Any) -> Answer[JournalPage]:
-        """JOURNAL_READ: events. line "": of the gateway itself. since (inclusive), until (exclusive): UTC in nanoseconds.
-        cursor: of the page before. most: events of the page, 0 = as many as fit."""
+        """JOURNAL_READ: events; or with `values` those of the value history, whose names are like `text`. line "": of the
+        gateway itself. since (inclusive), until (exclusive): UTC in nanoseconds. cursor: of the page before. most: events
+        of the page, 0 = as many as fit."""
         conditions = (line, node, kind, since, until)
-        flags = sum(1 << bit for bit, value in enumerate(conditions) if value is not None) | int(newest_first) << 6
+        flags = sum(1 << bit for bit, value in enumerate(conditions) if value is not None)
+        flags |= int(newest_first) << 6 | int(values) << 7
         data = struct.pack("<HBBBqqQQ", flags, node or 0, kind or 0, severity, since or 0, until or 0, 0, 0) + cursor
         for one in ((line or "").encode(), text.encode()):
             data += bytes([len(one)]) + one
