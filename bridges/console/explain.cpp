@@ -15,6 +15,8 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/emcy/message.h"
+#include "stack/image/layout.h"
+#include "stack/image/scaling.h"
 #include "stack/nmt/state.h"
 #include "stack/od/description.h"
 #include "stack/od/objects.h"
@@ -82,6 +84,9 @@ std::string object_text(const od::DeviceDescription* device, od::Address address
   const od::VariableDescription* variable = device->find(address);
   const bool single =
       object->variables.size() == 1 || variable == nullptr || variable->name.empty();
+  if (variable != nullptr && !variable->alias.empty()) {
+    return out + " " + variable->alias;
+  }
   out += " " + object->name;
   return single || variable->name == object->name ? out : out + ", " + variable->name;
 }
@@ -92,7 +97,14 @@ std::string value_of(const od::DeviceDescription* device, od::Address address,
   if (variable == nullptr || variable->type == od::DataType::none) {
     return to_hex(value);
   }
-  return to_text(variable->type, value);
+  if (!to_number(variable->type, value)) {
+    return to_text(variable->type, value);
+  }
+  image::Entry entry{.bit_length = static_cast<std::uint16_t>(8 * value.size()),
+                     .type = variable->type,
+                     .name = variable->alias.empty() ? variable->name : variable->alias};
+  image::describe_value(*variable, entry);
+  return text_with_unit(entry, value);
 }
 
 // --- devices ------------------------------------------------------------------------------------

@@ -93,9 +93,10 @@ class Explainer {
   observer::UsdoFollower usdo_;
 };
 
-// The object with its name in the device file: "6083:00 Profile acceleration", "2000:01".
+// The object with its alias, or its name in the device file: "6083:00 Profile acceleration",
+// "2000:01".
 std::string object_text(const od::DeviceDescription* device, od::Address address);
-// The value by the object's data type; as bytes if the device file lacks the object.
+// The value by the object's data type, in its unit; as bytes if the device file lacks the object.
 std::string value_of(const od::DeviceDescription* device, od::Address address,
                      std::span<const std::byte> value);
 

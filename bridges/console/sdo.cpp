@@ -42,6 +42,49 @@ std::string read_text(const std::optional<od::DataType>& type, const std::vector
   return out;
 }
 
+// How a value is printed. name, raw and unit: of JSON, and empty unless its object has them.
+struct Shown {
+  std::string text;   // with its unit, and the value of the object itself if that is another
+  std::string value;  // without them
+  std::string name{};
+  std::string raw{};
+  std::string unit{};
+};
+
+// The entry of the process image that has the object, whose name, unit and scaling it has; nothing
+// if no PDO carries it, or the layout was not received.
+std::optional<image::Entry> entry_of(const SdoTarget& target) {
+  if (target.owner == nullptr || target.node.own) {
+    return std::nullopt;
+  }
+  for (const Area& area : target.owner->areas) {
+    const auto has_object = [&target](const image::Entry& entry) {
+      return entry.node == target.node.node && entry.index == target.address.index &&
+             entry.sub == target.address.sub;
+    };
+    const auto* const layout = area.layout ? &*area.layout : nullptr;
+    const auto found = layout == nullptr ? std::vector<image::Entry>::const_iterator()
+                                         : std::ranges::find_if(layout->entries, has_object);
+    if (layout != nullptr && found != layout->entries.end()) {
+      return *found;
+    }
+  }
+  return std::nullopt;
+}
+
+// As the image shows the value of that entry. A PDO may carry fewer bits than the object has.
+Shown shown_of(image::Entry entry, const std::vector<std::byte>& data) {
+  entry.bit_length = static_cast<std::uint16_t>(8 * data.size());
+  Shown out{.text = {}, .value = to_text(entry, data), .name = entry.name};
+  out.unit = to_number(entry, data) ? unit_of(entry) : "";
+  out.text = out.value + (out.unit.empty() ? "" : ' ' + printable(out.unit));
+  if (std::string raw = to_text(entry.type, data); raw != out.value) {
+    out.text += "  (" + raw + ')';
+    out.raw = std::move(raw);
+  }
+  return out;
+}
+
 // Returns true for an empty or known type name; otherwise prints an error.
 bool is_type(Context& context, const std::string& type) {
   const bool good = type.empty() || type_from_name(type).has_value();
@@ -152,14 +195,22 @@ class Answers {
   // code: the exit code if the answer is a success.
   void add(const SdoTarget& target, const line::ListedObject* variable,
            const Client::Answer& answer, const std::string& value, int code = kDone) {
+    add(target, variable, answer, Shown{.text = value, .value = value}, code);
+  }
+  void add(const SdoTarget& target, const line::ListedObject* variable,
+           const Client::Answer& answer, const Shown& shown, int code = kDone) {
     code_ = answer.reply.ok() ? (code_ == kDone ? code : code_) : kFailed;
+    if (!many_ && context_.json) {
+      context_.out << one_line(json_of(answer, shown)) << '\n';
+      return;
+    }
     if (!many_) {
-      (void)print_answer(context_, answer, value);
+      (void)print_answer(context_, answer, shown.text);
       return;
     }
     const od::Address address = target.address;
     if (context_.json) {
-      documents_.push_back(json_of(target, address, variable, answer, value));
+      documents_.push_back(json_of(target, address, variable, answer, shown));
       return;
     }
     std::string label = target.node.all ? node_text(target) : "";
@@ -169,9 +220,9 @@ class Answers {
     }
     (answer.reply.ok() ? context_.out : context_.err)
         << label << ": "
-        << (!answer.reply.ok() ? printable(answer.text)
-            : value.empty()    ? "done"
-                               : value)
+        << (!answer.reply.ok()   ? printable(answer.text)
+            : shown.text.empty() ? "done"
+                                 : shown.text)
         << '\n';
   }
   // Returns the exit code after the last answer.
@@ -183,9 +234,19 @@ class Answers {
   }
 
  private:
+  static nlohmann::ordered_json json_of(const Client::Answer& answer, const Shown& shown) {
+    auto out = nlohmann::ordered_json::parse(answer_json(answer, shown.value));
+    for (const auto& [key, text] :
+         {std::pair("raw", &shown.raw), {"unit", &shown.unit}, {"image_name", &shown.name}}) {
+      if (!text->empty()) {
+        out[key] = printable(*text);
+      }
+    }
+    return out;
+  }
   static nlohmann::ordered_json json_of(const SdoTarget& target, od::Address address,
                                         const line::ListedObject* variable,
-                                        const Client::Answer& answer, const std::string& value) {
+                                        const Client::Answer& answer, const Shown& shown) {
     nlohmann::ordered_json out{{"object", od::to_text(address)}};
     if (target.node.all) {
       out["node"] = target.node.node;
@@ -195,7 +256,7 @@ class Answers {
       out["name"] = printable(variable->name);
       out["type"] = od::name(variable->type);
     }
-    out.update(nlohmann::ordered_json::parse(answer_json(answer, value)));
+    out.update(json_of(answer, shown));
     return out;
   }
 
@@ -225,7 +286,14 @@ void read_one(Context& context, Model& model, const ReadRequest& request, const 
   const Client::Answer answer = ask_line(context, model, *request.asked, command_of(target));
   const od::DataType type = type_of(request.type, variable);
   const auto known = type == od::DataType::none ? std::nullopt : std::optional(type);
-  answers.add(target, named ? variable : nullptr, answer,
+  const line::ListedObject* const shown_variable = named ? variable : nullptr;
+  // With a typed type, the value of the object itself.
+  const auto entry = request.type.empty() ? entry_of(target) : std::nullopt;
+  if (answer.reply.ok() && entry && entry->type != od::DataType::none) {
+    answers.add(target, shown_variable, answer, shown_of(*entry, answer.reply.bytes()));
+    return;
+  }
+  answers.add(target, shown_variable, answer,
               answer.reply.ok() ? read_text(known, answer.reply.bytes()) : "");
 }
 
@@ -367,6 +435,17 @@ void await_output_layout(Context& context, Model& model, const Line& line) {
   }
 }
 
+// For the units of values; without them after the time to wait.
+void await_layouts(Context& context, Model& model, const Line* line) {
+  const auto are_there = [line] {
+    return std::ranges::all_of(line->areas,
+                               [](const Area& area) { return area.layout.has_value(); });
+  };
+  if (line != nullptr && !are_there()) {
+    (void)wait_until(context, model, are_there);
+  }
+}
+
 }  // namespace
 
 int sdo_read(Context& context, const std::string& node, const std::string& index,
@@ -378,8 +457,13 @@ int sdo_read(Context& context, const std::string& node, const std::string& index
   target->from_scan = cached;
   Model model;
   const Line* line = find_target(context, model, *target, via);
-  return line == nullptr ? kFailed
-                         : read_nodes(context, model, {.type = type, .asked = line}, *target);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  if (type.empty()) {
+    await_layouts(context, model, target->owner);
+  }
+  return read_nodes(context, model, {.type = type, .asked = line}, *target);
 }
 
 int sdo_write(Context& context, const std::string& node, const std::string& index,
@@ -411,8 +495,13 @@ int image_read(Context& context, const std::string& node, const std::string& ind
   target->from_image = true;
   Model model;
   const Line* const line = find_own_line(context, model, *target);
-  return line == nullptr ? kFailed
-                         : read_nodes(context, model, {.type = type, .asked = line}, *target);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  if (type.empty()) {
+    await_layouts(context, model, target->owner);
+  }
+  return read_nodes(context, model, {.type = type, .asked = line}, *target);
 }
 
 int object_write(Context& context, const std::string& node, const std::string& index,

@@ -29,7 +29,7 @@ int read_object(const CommandLine& line, const SdoArguments& arguments) {
     return line.usage_error(sdo_usage("sdo read LINE:NODE INDEX:SUB [TYPE]"));
   }
   const std::string type = words->rest.empty() ? "" : words->rest[0];
-  return line.with_client({.commands = true}, [&](console::Context& c) {
+  return line.with_client({.layouts = true, .commands = true}, [&](console::Context& c) {
     if (arguments.from_image) {
       return console::image_read(c, arguments.node, words->index, words->sub, type);
     }

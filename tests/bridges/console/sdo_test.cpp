@@ -56,6 +56,24 @@ class GatewayWithFiles : public Client {
     listener.on_node(kLine, {.name = "feeder", .state = {.node = 6, .configured = true}});
     listener.on_node(kLine, {.state = {.node = 9, .presence = line::Presence::present}});
     listener.on_node(kLine, {.state = {.node = 11}});
+    if (sends_meanings) {
+      image::Layout inputs{.direction = image::Direction::inputs, .id = 4, .byte_size = 2};
+      inputs.entries.push_back({.bit_length = 16,
+                                .type = od::DataType::unsigned16,
+                                .node = 5,
+                                .index = 0x1017,
+                                .name = "ram.Period",
+                                .scaling = {.unit = "s", .scale = 0.001}});
+      listener.on_layout(kLine, inputs);
+      image::Layout outputs{.direction = image::Direction::outputs, .id = 5, .byte_size = 1};
+      outputs.entries.push_back({.bit_length = 8,
+                                 .type = od::DataType::unsigned32,
+                                 .node = 5,
+                                 .index = 0x1018,
+                                 .sub = 1,
+                                 .name = "ram.Maker [kg]"});
+      listener.on_layout(kLine, outputs);
+    }
     if (sends_layout && !asked.empty()) {
       image::Layout layout{.direction = image::Direction::outputs, .id = 3, .byte_size = 1};
       layout.entries.push_back({.bit_length = 8, .node = 6, .name = "feeder.Mode"});
@@ -107,6 +125,7 @@ class GatewayWithFiles : public Client {
   std::uint8_t silent = 0;
   bool forbidden = false;
   std::uint8_t configured = 2;
+  bool sends_meanings = false;       // publishes layouts in which two objects have a unit
   bool sends_layout = false;         // publishes a layout of the outputs after the first answer
   std::vector<line::Command> asked;  // the received commands except requests of lists
 };
@@ -134,6 +153,38 @@ TEST_F(SdoCommand, ReadTakesTheTypeFromTheDeviceFile) {
   out_.str("");
   EXPECT_EQ(read("press:9", "1017:00"), kDone) << "no device file";
   EXPECT_EQ(out_.str(), "F4 01  (500)\n");
+}
+
+TEST_F(SdoCommand, ReadPrintsTheValueOfAnImageEntryInItsUnit) {
+  gateway_.sends_meanings = true;
+  EXPECT_EQ(read("press:ram", "1017:00"), kDone) << err_.str();
+  EXPECT_EQ(out_.str(), "0.5 s  (500)\n");
+  out_.str("");
+  EXPECT_EQ(read("press:ram", "1017:00", "u16"), kDone);
+  EXPECT_EQ(out_.str(), "500\n") << "with a type the value of the object itself";
+  out_.str("");
+  EXPECT_EQ(read("press:feeder", "1017:00"), kDone);
+  EXPECT_EQ(out_.str(), "500\n") << "no PDO carries the object of this node";
+  out_.str("");
+  EXPECT_EQ(read("press:ram", "1018"), kDone);
+  EXPECT_EQ(out_.str(), "1018:00  Entries: 2\n1018:01  Vendor-ID: 19527 kg\n")
+      << "a PDO carries a part of its bits, and the unit is in its name";
+  context_.json = true;
+  out_.str("");
+  EXPECT_EQ(read("press:ram", "1017:00"), kDone);
+  EXPECT_EQ(
+      out_.str(),
+      R"({"ok":true,"data":"F401","value":"0.5","raw":"500","unit":"s","image_name":"ram.Period"})"
+      "\n");
+  out_.str("");
+  EXPECT_EQ(read("press:all", "1017:00"), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr(R"("value":"0.5","raw":"500","unit":"s")"));
+  EXPECT_THAT(out_.str(),
+              HasSubstr(R"("node_name":"feeder","ok":true,"data":"F401","value":"500"})"));
+  gateway_.silent = 5;
+  out_.str("");
+  EXPECT_EQ(read("press:ram", "1017:00"), kFailed);
+  EXPECT_THAT(out_.str(), HasSubstr(R"("ok":false)"));
 }
 
 TEST_F(SdoCommand, ReadOfAnObjectWithSubIndicesPrintsAllThatCanBeRead) {
