@@ -843,7 +843,8 @@ bool GatewayBridge::accepts_named(const named::DeviceType& type) const {
 }
 
 bool GatewayBridge::publish(const named::DeviceType& type, const image::Snapshot& snapshot,
-                            std::uint64_t number, std::span<const Instant> times) {
+                            std::uint64_t number, std::span<const Instant> times,
+                            std::span<const std::uint8_t> waits) {
   const auto known = impl_->named_topics.find(type.topic());
   if (known == impl_->named_topics.end())
     return impl_->count(false);
@@ -854,7 +855,8 @@ bool GatewayBridge::publish(const named::DeviceType& type, const image::Snapshot
                                .sequence_number = number,
                                .time = impl_->clock.utc(snapshot.acquired),
                                .clock = static_cast<std::uint8_t>(impl_->clock.quality),
-                               .pdo_times = impl_->pdo_times};
+                               .pdo_times = impl_->pdo_times,
+                               .waits = waits};
   const named::SamplePlan& plan = known->second.plan;
   if (impl_->named_sample.size() < plan.max_size())
     impl_->named_sample.resize(plan.max_size());

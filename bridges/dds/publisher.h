@@ -219,7 +219,7 @@ class GatewayBridge {
   // A sample of a named topic with the values of the snapshot, whose layout is that of the types
   // set last. number: 1, 2, ...; times: of the PDOs of the type, Instant{} = never.
   bool publish(const named::DeviceType& type, const image::Snapshot& snapshot, std::uint64_t number,
-               std::span<const Instant> times);
+               std::span<const Instant> times, std::span<const std::uint8_t> waits = {});
   // The values of one PDO (mark, of this input snapshot) with the layout that describes them.
   // receptions: number of frames since the last update of that PDO, which this update represents.
   bool publish_pdo_update(std::string_view line, const image::Layout& layout,

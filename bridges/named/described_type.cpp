@@ -10,9 +10,10 @@ namespace {
 
 constexpr std::uint16_t kLongestKey = 64;  // of a gateway or a line
 
-void add_marks(const DeviceType& type, std::string_view mark, std::vector<DescribedMember>& out) {
+void add_marks(const DeviceType& type, std::string_view mark, Form form,
+               std::vector<DescribedMember>& out) {
   for (const Member& member : type.members) {
-    out.push_back({std::string(mark) + '_' + member.identifier, Form::boolean, 0});
+    out.push_back({std::string(mark) + '_' + member.identifier, form, 0});
   }
 }
 
@@ -30,9 +31,10 @@ std::vector<DescribedMember> described_members(const DeviceType& type) {
   for (const std::uint16_t pdo : type.pdos) {
     out.push_back({time_of + time_member(pdo), Form::int64, 0});
   }
-  add_marks(type, "valid", out);
+  add_marks(type, "valid", Form::boolean, out);
   if (!is_input) {
-    add_marks(type, "known", out);
+    add_marks(type, "known", Form::boolean, out);
+    add_marks(type, "waits", Form::uint8, out);
   }
   for (const Member& member : type.members) {
     out.push_back({"values_" + member.identifier, member.form, member.length});

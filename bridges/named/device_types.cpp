@@ -13,7 +13,9 @@ namespace linegate::named {
 namespace {
 
 // The version of the fixed members, and of the readings: part of the hash.
-constexpr std::string_view kScheme = "1";
+constexpr std::string_view scheme_of(image::Direction direction) {
+  return direction == image::Direction::inputs ? "1" : "2";
+}
 
 class Maker {
  public:
@@ -93,7 +95,7 @@ class Maker {
       }
     }
     TypeHash hash;
-    hash.add(kScheme);
+    hash.add(scheme_of(type.direction));
     hash.add(type.line);
     hash.add(type.device);
     hash.add(image::name(type.direction));

@@ -61,6 +61,11 @@ struct Member {
   std::optional<double> high{};
 };
 
+// Of an output, the member of `waits`: 0 it is valid, 1 and above 1 + line::OutputWait, or that the
+// gateway does not publish why it is not.
+inline constexpr std::uint8_t kNoWait = 0;
+inline constexpr std::uint8_t kUnknownWait = 255;
+
 struct DeviceType {
   std::string line;
   std::string device;

@@ -92,6 +92,7 @@ class Text {
     marks(type.name, type.members, "valid");
     if (type.direction == image::Direction::outputs) {
       marks(type.name, type.members, "known");
+      marks(type.name, type.members, "waits", "octet");
     }
     times(type);
     sample(type);
@@ -113,10 +114,10 @@ class Text {
   }
 
   void marks(const std::string& name_of_type, std::span<const Member> members,
-             std::string_view mark) {
+             std::string_view mark, const std::string& kind = "boolean") {
     begin(name_of_type + '_' + std::string(mark));
     for (const Member& one : members) {
-      member("boolean", one.identifier);
+      member(kind, one.identifier);
     }
     end();
   }
@@ -174,6 +175,7 @@ class Text {
                     : "transmitted since the device was started");
     if (!is_input) {
       member(type.name + "_known", "known", "written, or has a default");
+      member(type.name + "_waits", "waits", "0 if valid, else OutputWait of linegate.idl + 1");
     }
     member(type.name + "_values", "values",
            is_input ? "0 or empty unless valid" : "0 or empty unless known");

@@ -108,6 +108,8 @@ class Messages {
     if (!is_input) {
       text += name + "Known known  # written, or has a default\n";
       add_marks(name + "Known", type);
+      text += name + "Waits waits  # 0 if valid, else OutputWait of linegate.idl + 1\n";
+      add_marks(name + "Waits", type, "uint8");
     }
     text += name + "Values values  # 0 or empty unless " + (is_input ? "valid" : "known") + '\n';
     add_values(name + "Values", type);
@@ -125,10 +127,11 @@ class Messages {
     }
     add_file(message, std::move(text));
   }
-  void add_marks(const std::string& message, const DeviceType& type) {
+  void add_marks(const std::string& message, const DeviceType& type,
+                 const std::string& kind = "bool") {
     std::string text;
     for (const Member& member : type.members) {
-      text += "bool " + ros2_field(member.identifier) + '\n';
+      text += kind + ' ' + ros2_field(member.identifier) + '\n';
     }
     add_file(message, std::move(text));
   }

@@ -244,13 +244,15 @@ SamplePlan::SamplePlan(const DeviceType& type, std::string_view gateway)
     steps_.push_back({member.form, member.reading, member.length, member.bit_length,
                       member.bit_offset, member.entry});
     const std::size_t size = size_of(member.form);
-    max_size_ += 2 + (size - 1) + size + member.length + 1;
+    max_size_ += 3 + (size - 1) + size + member.length + 1;  // with its marks and what aligns it
   }
 }
 
 std::size_t SamplePlan::write(const SampleHead& head, const image::Snapshot& snapshot,
                               std::span<std::byte> to) const {
   LINEGATE_ASSERT(to.size() >= max_size_, "a sample has room");
+  LINEGATE_ASSERT(head.waits.empty() || head.waits.size() == steps_.size(),
+                  "each member has a wait");
   std::ranges::copy(prefix_, to.begin());
   CdrWriter writer(to, prefix_.size());
   writer.put(head.incarnation);
@@ -267,6 +269,10 @@ std::size_t SamplePlan::write(const SampleHead& head, const image::Snapshot& sna
   if (!is_input_) {
     for (const Step& step : steps_) {
       writer.put(static_cast<std::uint8_t>(has(given, step.entry)));
+    }
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      const std::uint8_t why = head.waits.empty() ? kUnknownWait : head.waits[i];
+      writer.put(has(snapshot.valid, steps_[i].entry) ? kNoWait : why);
     }
   }
   for (const Step& step : steps_) {

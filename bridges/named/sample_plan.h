@@ -21,6 +21,8 @@ struct SampleHead {
   std::int64_t time = 0;
   std::uint8_t clock = 0;
   std::span<const std::int64_t> pdo_times;  // as many as DeviceType::pdos
+  // Outputs: of each member why it is not valid, if it is not; without any, it is not known.
+  std::span<const std::uint8_t> waits{};
 };
 
 class SamplePlan {
@@ -31,8 +33,8 @@ class SamplePlan {
   std::size_t max_size() const { return max_size_; }
 
   // Writes a sample in CDR, little-endian (encapsulation CDR_LE of RTPS 2.3, 10.2), and returns its
-  // size. `to` has at least max_size() octets. Does not allocate. Precondition: the snapshot has
-  // the layout that the type was made from.
+  // size. `to` has at least max_size() octets. Does not allocate. Preconditions: the snapshot has
+  // the layout that the type was made from; there are no waits, or as many as members.
   std::size_t write(const SampleHead& head, const image::Snapshot& snapshot,
                     std::span<std::byte> to) const;
 

@@ -267,7 +267,7 @@ class DdsEdge final : public DataEdge {
     return bridge_->accepts_named(type);
   }
   void publish_named(const NamedSample& sample, const image::Snapshot& snapshot) override {
-    bridge_->publish(sample.type, snapshot, sample.number, sample.times);
+    bridge_->publish(sample.type, snapshot, sample.number, sample.times, sample.waits);
   }
   bool accepts_image(std::string_view line, image::Direction direction) const override {
     return bridge_->accepts_image(line, direction);

@@ -22,6 +22,7 @@ std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
   const std::vector<named::DeviceType> before = std::exchange(types_, {});
   std::vector<State> states = std::exchange(states_, {});
   slots_.clear();
+  waits_.assign(layout.entries.size(), named::kUnknownWait);
   named::DeviceTypes made = named::device_types(line_, layout, aliases_);
   types_ = std::move(made.types);
   for (named::DeviceType& type : types_) {
@@ -38,6 +39,9 @@ std::vector<std::string> NamedSamples::use(const image::Layout& layout) {
       states_.emplace_back();
       states_.back().times.resize(types_[i].pdos.size());
       states_.back().marks.resize(2 * types_[i].members.size());
+      if (layout.direction == image::Direction::outputs) {
+        states_.back().waits.resize(types_[i].members.size(), named::kUnknownWait);
+      }
     }
     add_slots(layout, i);
   }
@@ -101,6 +105,25 @@ void NamedSamples::note(const image::Snapshot& snapshot) {
     if (state.is_read) {
       const bool other_marks = update_marks(i, snapshot);
       state.is_due = state.is_due || always_ || other_marks || is_changed(i, snapshot);
+    }
+  }
+}
+
+void NamedSamples::note_waits(std::span<const line::OutputState> groups) {
+  std::ranges::fill(waits_, named::kUnknownWait);
+  for (const line::OutputState& group : groups) {
+    for (const line::OutputState::Wait& wait : group.waits) {
+      if (wait.entry < waits_.size()) {
+        waits_[wait.entry] = static_cast<std::uint8_t>(1 + static_cast<unsigned>(wait.reason));
+      }
+    }
+  }
+  for (std::size_t i = 0; i < types_.size(); ++i) {
+    std::vector<std::uint8_t>& waits = states_[i].waits;
+    for (std::size_t m = 0; m < waits.size(); ++m) {
+      const std::uint8_t why = waits_[types_[i].members[m].entry];
+      states_[i].is_due = states_[i].is_due || why != waits[m];
+      waits[m] = why;
     }
   }
 }

@@ -16,6 +16,7 @@
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
 #include "stack/image/snapshot.h"
+#include "stack/line/output_state.h"
 
 namespace linegate::gateway {
 
@@ -44,6 +45,10 @@ class NamedSamples {
 
   // The snapshot is one that is published, of the layout in use.
   void note(const image::Snapshot& snapshot);
+  // Of the outputs: what those that are not valid wait for, of all groups. A sample is due if that
+  // of one of its members changed. An entry in no group, and one behind the first
+  // OutputState::kMostWaits of its group, has no reason.
+  void note_waits(std::span<const line::OutputState> groups);
 
   // Calls emit(sample) for each sample that is due, unless the minimum separation from the one
   // before has not passed, or accepts(type) is false (at_once: regardless of both). The snapshot
@@ -68,7 +73,7 @@ class NamedSamples {
       update_marks(i, snapshot);
       state.is_due = false;
       state.earliest = now + min_separation_;
-      emit(NamedSample{types_[i], ++state.number, state.times});
+      emit(NamedSample{types_[i], ++state.number, state.times, state.waits});
     }
     return next;
   }
@@ -78,8 +83,9 @@ class NamedSamples {
 
   struct State {
     std::uint64_t number = 0;
-    std::vector<Instant> times;  // of the PDOs of the type
-    std::vector<bool> marks;     // of each member: valid, known
+    std::vector<Instant> times;       // of the PDOs of the type
+    std::vector<bool> marks;          // of each member: valid, known
+    std::vector<std::uint8_t> waits;  // outputs: of each member
     bool is_read = true;
     bool is_due = true;
     Instant earliest{};  // of the next sample
@@ -106,8 +112,9 @@ class NamedSamples {
   bool ros2_;
   bool described_;
   std::vector<named::DeviceType> types_;
-  std::vector<State> states_;  // by type
-  std::vector<Slot> slots_;    // ascending by local PDO
+  std::vector<State> states_;        // by type
+  std::vector<std::uint8_t> waits_;  // of each entry of the outputs
+  std::vector<Slot> slots_;          // ascending by local PDO
 };
 
 }  // namespace linegate::gateway

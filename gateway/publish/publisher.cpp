@@ -455,6 +455,9 @@ void Publisher::publish_output_states(Line& line, Instant now) {
     }
   }
   line.output_states = status->groups;
+  if (NamedSamples* const outputs = line.named[1].get(); outputs != nullptr) {
+    outputs->note_waits(line.output_states);
+  }
   line.outputs_published = all ? now : line.outputs_published;
 }
 

@@ -66,6 +66,8 @@ struct NamedSample {
   const named::DeviceType& type;
   std::uint64_t number = 0;
   std::span<const Instant> times;  // of the PDOs of the type; Instant{} = never
+  // Outputs: of each member of the type, why it is not valid (named::kUnknownWait); else none.
+  std::span<const std::uint8_t> waits{};
 };
 
 // The parameters of an event as its sample has them, see EventKind in the IDL.

@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
       make_reader(participant, &plant_press_every_inputs_26c77fbdaf07453c_desc,
                   "plant/press/every/inputs", DDS_DURABILITY_TRANSIENT_LOCAL, 1);
   const dds_entity_t outputs =
-      make_reader(participant, &plant_press_every_outputs_c3600e3d770d8694_desc,
+      make_reader(participant, &plant_press_every_outputs_41c5ad8c1defa64f_desc,
                   "plant/press/every/outputs", DDS_DURABILITY_TRANSIENT_LOCAL, 1);
   bool has_inputs = false;
   bool has_outputs = false;

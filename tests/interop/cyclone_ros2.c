@@ -8,14 +8,14 @@
 #include <stdio.h>
 
 #include "linegate_plant/msg/PressEveryInputs26c77fbdaf07453c.h"
-#include "linegate_plant/msg/PressEveryOutputsc3600e3d770d8694.h"
+#include "linegate_plant/msg/PressEveryOutputs41c5ad8c1defa64f.h"
 #include "tests/interop/cyclone.h"
 #include "tests/interop/every_value.h"
 
 #define DEPTH 10
 
 typedef linegate_plant_msg_PressEveryInputs26c77fbdaf07453c input_message_t;
-typedef linegate_plant_msg_PressEveryOutputsc3600e3d770d8694 output_message_t;
+typedef linegate_plant_msg_PressEveryOutputs41c5ad8c1defa64f output_message_t;
 
 /* The messages have the same members as the types of named topics, so the same functions compare
    them. */
@@ -33,6 +33,7 @@ SAME_PLACE(input_message_t, values.class_value, inputs_t, values.class_);
 SAME_PLACE(input_message_t, values.n24v_supply, inputs_t, values.n24V_supply);
 SAME_PLACE(input_message_t, values.unicode, inputs_t, values.Unicode);
 SAME_PLACE(output_message_t, known.set_domain, outputs_t, known.Set_Domain);
+SAME_PLACE(output_message_t, waits.set_domain, outputs_t, waits.Set_Domain);
 SAME_PLACE(output_message_t, values.set_real_32_m_s, outputs_t, values.Set_Real_32_m_s);
 SAME_PLACE(output_message_t, values.set_domain, outputs_t, values.Set_Domain);
 
@@ -59,8 +60,8 @@ int main(int argc, char** argv) {
                 "linegate_plant::msg::dds_::PressEveryInputs26c77fbdaf07453c_",
                 "rt/plant/press/every/inputs", DDS_DURABILITY_TRANSIENT_LOCAL);
   const dds_entity_t outputs =
-      subscribe(participant, linegate_plant_msg_PressEveryOutputsc3600e3d770d8694_desc,
-                "linegate_plant::msg::dds_::PressEveryOutputsc3600e3d770d8694_",
+      subscribe(participant, linegate_plant_msg_PressEveryOutputs41c5ad8c1defa64f_desc,
+                "linegate_plant::msg::dds_::PressEveryOutputs41c5ad8c1defa64f_",
                 "rt/plant/press/every/outputs", DDS_DURABILITY_TRANSIENT_LOCAL);
   const dds_entity_t usual =
       subscribe(participant, linegate_plant_msg_PressEveryInputs26c77fbdaf07453c_desc,

@@ -14,7 +14,7 @@
 #include "tests/interop/cyclone.h"
 
 typedef plant_press_every_inputs_26c77fbdaf07453c inputs_t;
-typedef plant_press_every_outputs_c3600e3d770d8694 outputs_t;
+typedef plant_press_every_outputs_41c5ad8c1defa64f outputs_t;
 
 static int wrong = 0;
 
@@ -75,6 +75,7 @@ static void expect_outputs(const outputs_t* sample) {
   EXPECT(sample->values.Set_class == -5);
   EXPECT(sample->values.Set_24V_supply == 240);
   EXPECT(memcmp(sample->values.Set_Domain, "\1\2\3\4\5\6\7\10", 8) == 0);
+  EXPECT(sample->waits.Set_Flag == 0 && sample->waits.Set_Domain == 0);
   EXPECT_VALUES(&sample->values, Set_);
 }
 

@@ -43,10 +43,11 @@ TEST(DescribedType, HasTheMembersOfTheSampleWithoutStructs) {
               ElementsAre("gateway", "line", "incarnation", "sequence_number", "time", "clock",
                           "received_pdo1", "received_pdo3", "valid_Speed", "valid_Name",
                           "values_Speed", "values_Name"));
-  EXPECT_THAT(names_of(type_of(image::Direction::outputs, kEntries)),
-              ElementsAre("gateway", "line", "incarnation", "sequence_number", "time", "clock",
-                          "sent_pdo1", "sent_pdo3", "valid_Speed", "valid_Name", "known_Speed",
-                          "known_Name", "values_Speed", "values_Name"));
+  EXPECT_THAT(
+      names_of(type_of(image::Direction::outputs, kEntries)),
+      ElementsAre("gateway", "line", "incarnation", "sequence_number", "time", "clock", "sent_pdo1",
+                  "sent_pdo3", "valid_Speed", "valid_Name", "known_Speed", "known_Name",
+                  "waits_Speed", "waits_Name", "values_Speed", "values_Name"));
 }
 
 // In each form of the type.

@@ -274,6 +274,10 @@ constexpr const char* kInputsAndOutputs = R"(
   boolean Status;
 };
 
+@final struct OUTPUTS_waits {
+  octet Status;
+};
+
 @final struct OUTPUTS_sent {
   long long pdo1;
 };
@@ -288,6 +292,7 @@ constexpr const char* kInputsAndOutputs = R"(
   OUTPUTS_sent sent;  // last transmission of each PDO to the device
   OUTPUTS_valid valid;  // transmitted since the device was started
   OUTPUTS_known known;  // written, or has a default
+  OUTPUTS_waits waits;  // 0 if valid, else OutputWait of linegate.idl + 1
   OUTPUTS_values values;  // 0 or empty unless known
 };
 

@@ -122,6 +122,17 @@ TEST(Ros2Types, ASampleIsThatOfTheNamedType) {
   EXPECT_EQ(a, b);
 }
 
+TEST(Ros2Package, AnOutputHasItsReason) {
+  image::Layout layout = layout_of({{.name = "ram.A", .type = DataType::unsigned16, .bits = 16}});
+  layout.direction = image::Direction::outputs;
+  const Ros2Types made = ros2_types(device_types("press", layout).types);
+  const std::string name = made.types.at(0).name;
+  const auto files = ros2_package(made.types);
+  EXPECT_EQ(files.at("msg/" + name + "Waits.msg"), "uint8 a\n");
+  EXPECT_THAT(files.at("msg/" + name + ".msg"),
+              HasSubstr("Known known  # written, or has a default\n" + name + "Waits waits  #"));
+}
+
 TEST(Ros2Package, HasAMessageForEachStruct) {
   const Ros2Types made =
       messages_of("press", {{.name = "ram.Position", .type = DataType::integer32, .bits = 32},

@@ -37,7 +37,7 @@ class SampleOf {
     const SamplePlan plan(type, "gate");
     const std::vector<std::int64_t> times(pdo_times);
     std::vector<std::byte> to(plan.max_size(), std::byte{0xEE});
-    to.resize(plan.write({1, 2, 3, 4, times}, snapshot, to));
+    to.resize(plan.write({1, 2, 3, 4, times, waits}, snapshot, to));
     EXPECT_LE(to.size(), plan.max_size());
     Octets out;
     for (const std::byte octet : to) {
@@ -59,6 +59,7 @@ class SampleOf {
   }
 
   image::Snapshot snapshot;
+  std::vector<std::uint8_t> waits;
 
  private:
   image::Layout layout_;
@@ -73,21 +74,27 @@ TEST(SamplePlan, WritesAllPartsInTheirOrder) {
   sample.snapshot.valid = {0b001};
   sample.snapshot.known = {0b011};
   const Octets expected = {
-      0,    1, 0,    0,                                     // CDR_LE
-      5,    0, 0,    0,    'g', 'a', 't', 'e', 0, 0, 0, 0,  // gateway
-      5,    0, 0,    0,    'l', 'i', 'n', 'e', 0, 0, 0, 0,  // line
-      1,    0, 0,    0,    0,   0,   0,   0,                // incarnation
-      2,    0, 0,    0,    0,   0,   0,   0,                // sequence_number
-      3,    0, 0,    0,    0,   0,   0,   0,                // time
-      4,    0, 0,    0,    0,   0,   0,   0,                // clock
-      9,    0, 0,    0,    0,   0,   0,   0,                // sent.pdo1
-      8,    0, 0,    0,    0,   0,   0,   0,                // sent.pdo2
-      1,    0, 0,                                           // valid
-      1,    1, 0,                                           // known
-      0x12, 0, 0x34, 0x56,                                  // values; C is not known
+      0,    1,    0,    0,                                  // CDR_LE
+      5,    0,    0,    0, 'g', 'a', 't', 'e', 0, 0, 0, 0,  // gateway
+      5,    0,    0,    0, 'l', 'i', 'n', 'e', 0, 0, 0, 0,  // line
+      1,    0,    0,    0, 0,   0,   0,   0,                // incarnation
+      2,    0,    0,    0, 0,   0,   0,   0,                // sequence_number
+      3,    0,    0,    0, 0,   0,   0,   0,                // time
+      4,    0,    0,    0, 0,   0,   0,   0,                // clock
+      9,    0,    0,    0, 0,   0,   0,   0,                // sent.pdo1
+      8,    0,    0,    0, 0,   0,   0,   0,                // sent.pdo2
+      1,    0,    0,                                        // valid
+      1,    1,    0,                                        // known
+      0,    7,    1,                                        // waits; A is valid
+      0x12, 0x34, 0x56,                                     // values; C is not known
       0,
   };
+  sample.waits = {5, 7, 1};
   EXPECT_EQ(sample.octets({9, 8}), expected);
+  sample.waits.clear();
+  const Octets unknown = sample.octets({9, 8});
+  const auto waits = unknown.begin() + static_cast<std::ptrdiff_t>(expected.size()) - 7;
+  EXPECT_EQ(Octets(waits, waits + 3), (Octets{0, kUnknownWait, kUnknownWait}));
 }
 
 TEST(SamplePlan, TheKeyIsBigEndianAndItsPaddingIsZero) {

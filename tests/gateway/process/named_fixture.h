@@ -41,7 +41,7 @@ namespace linegate::gateway {
 
 namespace fast = eprosima::fastdds::dds;
 using InputsType = plant::press_every_inputs_26c77fbdaf07453cPubSubType;
-using OutputsType = plant::press_every_outputs_c3600e3d770d8694PubSubType;
+using OutputsType = plant::press_every_outputs_41c5ad8c1defa64fPubSubType;
 using SetType = plant::press_all_set_6496a29b850773f3PubSubType;
 
 inline constexpr std::chrono::seconds kNamedPatience{30};

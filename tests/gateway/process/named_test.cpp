@@ -93,11 +93,17 @@ TEST_F(NamedGatewayTest, AReaderThatComesGetsThePresentStateAndNoOldOne) {
 TEST_F(NamedGatewayTest, OutputsHaveTheirMarksAndAnInstanceEndsWithItsLine) {
   NamedReader<OutputsType> reader("plant/press/every/outputs");
   NamedReader<InputsType> stranger("plant/press/every/outputs");  // another type on that topic
+  ASSERT_TRUE(until([&] {
+    reader.take();
+    return reader.sample.waits().Set_Signed_16() == 1;  // OUTPUT_WAIT_VALUE
+  }));
+  EXPECT_FALSE(reader.sample.valid().Set_Signed_16());
   write("press", "Set ");
   ASSERT_TRUE(until([&] {
     reader.take();
     return reader.sample.valid().Set_Signed_16() && reader.sample.valid().Set_Domain();
   }));
+  EXPECT_EQ(reader.sample.waits().Set_Signed_16(), 0);
   EXPECT_TRUE(reader.sample.known().Set_Signed_16());
   EXPECT_EQ(reader.sample.values().Set_Signed_16(), -300);
   EXPECT_EQ(reader.sample.values().Set_Unicode(),

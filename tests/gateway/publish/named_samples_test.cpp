@@ -62,6 +62,7 @@ class NamedSamplesTest : public testing::Test {
         text += ' ' + std::to_string(time.time_since_epoch().count());
       }
       out.push_back(text);
+      waits.insert(waits.end(), sample.waits.begin(), sample.waits.end());
     });
     return out;
   }
@@ -69,8 +70,9 @@ class NamedSamplesTest : public testing::Test {
   config::LinePlan plan;
   image::Snapshot snapshot;
   Instant now{};
-  Instant next{};       // when emit_due() must be called again
-  std::string refused;  // the device whose samples would wait
+  std::vector<std::uint8_t> waits;  // of the members of all samples
+  Instant next{};                   // when emit_due() must be called again
+  std::string refused;              // the device whose samples would wait
 };
 
 TEST_F(NamedSamplesTest, ASampleFollowsAChangeOfItsDevice) {
@@ -112,6 +114,37 @@ TEST_F(NamedSamplesTest, AnOutputThatBecomesKnownIsAChange) {
   due(samples);
   snapshot.known = {0b001};
   EXPECT_THAT(due(samples), ElementsAre("ram 2: 0 0"));
+}
+
+TEST_F(NamedSamplesTest, AnOutputThatWaitsForSomethingElseIsAChange) {
+  NamedSamples samples(plan);
+  samples.use(two_devices(Direction::outputs));
+  due(samples);
+  EXPECT_THAT(waits, ElementsAre(named::kUnknownWait, named::kUnknownWait, named::kUnknownWait));
+  line::OutputState state;
+  state.waits = {{0, line::OutputWait::value}, {2, line::OutputWait::node}, {99, {}}};
+  const auto emitted_after = [&](std::initializer_list<line::OutputState> groups) {
+    waits.clear();
+    samples.note_waits(std::vector(groups));
+    return emitted(samples);
+  };
+  EXPECT_THAT(emitted_after({state}), ElementsAre("ram 2: 0 0", "axis 2: 0"));
+  EXPECT_THAT(waits, ElementsAre(1, named::kUnknownWait, 4));
+  EXPECT_THAT(emitted_after({state}), IsEmpty());
+  line::OutputState other;
+  other.waits = {{1, line::OutputWait::values}};
+  EXPECT_THAT(emitted_after({state, other}), ElementsAre("ram 3: 0 0"));
+  EXPECT_THAT(waits, ElementsAre(1, 2));
+  samples.use(two_devices(Direction::outputs));  // the same types
+  EXPECT_THAT(emitted_after({state, other}), IsEmpty());
+  EXPECT_THAT(emitted_after({}), ElementsAre("ram 4: 0 0", "axis 3: 0"));
+}
+
+TEST_F(NamedSamplesTest, AnInputHasNoReasons) {
+  NamedSamples samples(plan);
+  samples.use(two_devices(Direction::inputs));
+  due(samples);
+  EXPECT_THAT(waits, IsEmpty());
 }
 
 TEST_F(NamedSamplesTest, TimesAreThoseOfTheLastReceptionOfEachPdo) {

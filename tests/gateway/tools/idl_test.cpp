@@ -62,7 +62,7 @@ TEST_F(Ros2Folder, IsMadeAndReplaced) {
   EXPECT_EQ(write(), 0);
   EXPECT_THAT(content_of(folder + "/package.xml"), HasSubstr("<name>linegate_plant</name>"));
   const auto messages = named::ros2_messages_of(content_of(folder + "/CMakeLists.txt"));
-  EXPECT_EQ(messages.size(), 9U);
+  EXPECT_EQ(messages.size(), 10U);
   const std::string mine = folder + "/msg/Mine.msg";
   std::ofstream(mine) << "bool mine\n";
   std::ofstream(folder + "/package.xml", std::ios::app) << "<!-- edited -->\n";
