@@ -282,6 +282,18 @@ void Node::Impl::tpdo_transmitted(std::uint16_t number, std::span<const std::byt
   if (application != nullptr) {
     application->tpdo_transmitted(number, differs);
   }
+  if (master_services != nullptr) {
+    master_services->tpdo_transmitted(number, differs);
+  }
+}
+
+void Node::Impl::mpdo_transmitted(od::Address source) {
+  if (application != nullptr) {
+    application->mpdo_transmitted(source);
+  }
+  if (master_services != nullptr) {
+    master_services->mpdo_transmitted(source);
+  }
 }
 
 void Node::Impl::rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received) {

@@ -146,6 +146,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void rpdo_deadline(std::uint16_t number) override;
   void rpdo_recovered(std::uint16_t number) override;
   void rpdo_in_order(std::uint16_t number) override;
+  void mpdo_transmitted(od::Address source) override;
   void mpdo_received(std::uint16_t number, od::Address place, Instant time) override;
   void mpdo_refused(std::uint16_t number, pdo::MpdoMode mode, od::Address place,
                     AbortCode why) override;

@@ -16,6 +16,16 @@ void MasterServices::unwanted(const can::Frame& /*frame*/) {
 void MasterServices::before_boot(Instant /*now*/) {
 }
 
+void MasterServices::state_changed(nmt::State /*state*/, Instant /*now*/) {
+}
+
+void MasterServices::tpdo_transmitted(std::uint16_t /*number*/,
+                                      std::span<const std::byte> /*differs*/) {
+}
+
+void MasterServices::mpdo_transmitted(od::Address /*source*/) {
+}
+
 void Application::state_changed(nmt::State /*state*/, Instant /*now*/) {
 }
 bool Application::may_send_emcy(std::uint16_t /*code*/, std::span<std::byte, 5> /*info*/) {

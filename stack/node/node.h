@@ -82,6 +82,11 @@ class MasterServices {
   // stored parameters. Values written now are used when the services are configured and when the
   // node decides whether it is self-starting (1F80h). The default does nothing.
   virtual void before_boot(Instant now);
+  // The node has another NMT state; PDOs follow it already. The default does nothing.
+  virtual void state_changed(nmt::State state, Instant now);
+  // See pdo::Listener. The defaults do nothing.
+  virtual void tpdo_transmitted(std::uint16_t number, std::span<const std::byte> differs);
+  virtual void mpdo_transmitted(od::Address source);
 };
 
 // The application or device profile of the node. The default of every function does nothing.

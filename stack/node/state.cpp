@@ -248,6 +248,9 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
   if (application != nullptr) {
     application->state_changed(state, time);
   }
+  if (master_services != nullptr) {
+    master_services->state_changed(state, time);
+  }
 }
 
 void Node::Impl::keep_early_pdos() {

@@ -218,6 +218,9 @@ void Engine::Impl::read_scanner_list() {
 void Engine::Impl::reserve_mpdos(Tpdo& pdo) {
   const std::size_t most =
       pdo.mpdo == MpdoMode::source ? std::max(kMpdosWaiting, scanned_objects) : kMpdosWaiting;
+  if (reports_transmission && pdo.mpdo == MpdoMode::source) {
+    mpdos_under_way.reserve(most);
+  }
   pdo.mpdos.reserve(most);
   pdo.held_mpdos.reserve(most);
 }
@@ -365,6 +368,7 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
     under_way[slot].clear();
     if (source_tpdo == slot) {
       source_tpdo.reset();
+      mpdos_under_way.clear();
     }
     timers.stop(event_timer(slot));
   }

@@ -12,6 +12,8 @@ void Listener::before_tpdo(std::uint16_t /*number*/) {
 }
 void Listener::tpdo_transmitted(std::uint16_t /*number*/, std::span<const std::byte> /*differs*/) {
 }
+void Listener::mpdo_transmitted(od::Address /*source*/) {
+}
 void Listener::rpdo_wrong_length(std::uint16_t /*number*/, unsigned /*mapped*/,
                                  unsigned /*received*/) {
 }

@@ -66,6 +66,8 @@ class Listener {
   // See Engine::follow_transmission(). The bus acknowledged a frame of the TPDO: its receivers have
   // the present values, except the bits that are set in `differs`, which is laid out as the frame.
   virtual void tpdo_transmitted(std::uint16_t number, std::span<const std::byte> differs);
+  // The same for an MPDO in source address mode: its receivers have the present value of `source`.
+  virtual void mpdo_transmitted(od::Address source);
   // A frame of the wrong length (EMCY 8210h, 8220h), or a missed deadline (EMCY 8250h).
   virtual void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received);
   virtual void rpdo_deadline(std::uint16_t number);
@@ -122,9 +124,9 @@ class Engine {
   // Largest PDO in bytes: 8, or 64 on a CAN FD line. Precondition: before configure().
   void set_max_length(std::size_t bytes);
 
-  // Calls Listener::tpdo_transmitted() from now on, for TPDOs that are not linked and no MPDOs.
-  // Frames that were handed out before the node left Operational, or before their TPDO was changed,
-  // do not count. Precondition: before configure().
+  // Calls Listener::tpdo_transmitted() from now on, for TPDOs that are not linked and no MPDOs, and
+  // mpdo_transmitted(). Frames that were handed out before the node left Operational, or before
+  // their TPDO was changed, do not count. Precondition: before configure().
   void follow_transmission();
   // The frames that were handed out until now do not count either: the bus was lost.
   void forget_transmission();
@@ -291,7 +293,8 @@ class Engine {
   void acknowledged(std::uint64_t number);
   // The frames first..last were not sent on the bus, or their fate is unknown: their values stay
   // not valid. TPDOs with output entries, and those of follow_transmission(), are requested again,
-  // as by trigger(), unless their receiver is `waiting`.
+  // as by trigger(), unless their receiver is `waiting`. MPDOs in source address mode are requested
+  // with the present value.
   void lost(std::uint64_t first, std::uint64_t last);
   // Number of the first valid TPDO that maps the object; 0 if there is none.
   std::uint16_t first_tpdo(od::Address address) const;
@@ -322,6 +325,14 @@ class Engine {
   std::vector<SentObject> sent_objects() const;
   // As above, for the bits of that object.
   bool awaits_trigger(const SentObject& object) const;
+  // Number of the valid TPDO that sends MPDOs in source address mode; 0 if there is none.
+  std::uint16_t scanning_tpdo() const;
+  // Whether that TPDO sends the object: it is in the scanner list, exists, and can be mapped. The
+  // same until revision() changes.
+  bool scans(od::Address source) const;
+  // Whether no MPDO with the present value of that object is requested or under way. The latter is
+  // known with follow_transmission(). False if not scans(source).
+  bool awaits_trigger(od::Address source) const;
   // No frame is requested, not even one that an inhibit time delays: next_frame() would return
   // false. Hot.
   bool quiet() const { return (sending_ | asking_) == 0; }

@@ -234,7 +234,13 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void scanned_changed(od::Address address);
   void release_mpdos(Tpdo& pdo);
   void show_first_mpdo(Tpdo& pdo);
-  void next_mpdo(Tpdo& pdo);
+  // The first waiting MPDO was handed out. number: see next_frame().
+  void next_mpdo(std::uint16_t slot, std::uint64_t number);
+  void confirm_mpdo(const MpdoData& data);
+  void mpdos_acknowledged(std::uint64_t number);
+  void mpdos_lost(std::uint64_t first, std::uint64_t last);
+  // The MPDO in source address mode with the present value; nothing if there is no such object.
+  std::optional<MpdoData> present_mpdo(od::Address source) const;
   void attend(std::uint16_t slot, Instant time);
   void attend_reception(std::uint16_t slot, Instant time);
   void commit_rpdos();
@@ -387,9 +393,16 @@ struct Engine::Impl final : od::Hook, od::Observer {
   Bitmap held_always;                     // by slot: request in any case
   std::uint64_t frame_number = 0;         // of the current frame, see note_transmission()
   std::uint64_t awaiting = 0;             // summary of unacknowledged
-  SummedBitmap unacknowledged{awaiting};  // by slot: under_way has frames
+  SummedBitmap unacknowledged{awaiting};  // by slot: under_way or mpdos_under_way has frames
   // By slot: linked TPDOs with values that are not valid, and those of follow_transmission().
   std::vector<ValuesUnderWay> under_way;
+  struct MpdoUnderWay {
+    MpdoData data{};
+    std::uint64_t number = 0;
+  };
+  // With follow_transmission(): of each object of the scanner list the newest MPDO, if it is not
+  // acknowledged yet.
+  std::vector<MpdoUnderWay> mpdos_under_way;
   Bitmap affected;  // by slot: temporary result of mark_affected()
   struct Source {
     std::uint32_t begin = 0;  // bits of the output area

@@ -1,9 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Multiplexed PDOs: from the frame to the addressed object, and back.
+#include <functional>
+
 #include "stack/base/byte_order.h"
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
+namespace {
+
+// The object of an MPDO in source address mode.
+od::Address source_of(const MpdoData& data) {
+  return {load_le<std::uint16_t>(data.data() + 1), std::to_integer<std::uint8_t>(data[3])};
+}
+
+}  // namespace
 
 void Engine::Impl::receive_mpdo(std::uint16_t slot, const can::Frame& frame) {
   const std::optional<Mpdo> mpdo = decode_mpdo(frame);
@@ -153,10 +163,8 @@ void Engine::Impl::show_first_mpdo(Tpdo& pdo) {
 void Engine::drop_mpdos(std::span<const od::Address> sources) {
   for (Tpdo& pdo : impl_->tpdos) {
     const auto is_dropped = [&](const MpdoData& data) {
-      const od::Address source{load_le<std::uint16_t>(data.data() + 1),
-                               std::to_integer<std::uint8_t>(data[3])};
       return pdo.mpdo == MpdoMode::destination ||
-             std::ranges::find(sources, source) != sources.end();
+             std::ranges::find(sources, source_of(data)) != sources.end();
     };
     const std::size_t dropped = std::erase_if(pdo.mpdos, is_dropped);
     (void)std::erase_if(pdo.held_mpdos, is_dropped);
@@ -169,10 +177,95 @@ void Engine::drop_mpdos(std::span<const od::Address> sources) {
   }
 }
 
-// The first waiting MPDO was sent.
-void Engine::Impl::next_mpdo(Tpdo& pdo) {
+void Engine::Impl::next_mpdo(std::uint16_t slot, std::uint64_t number) {
+  Tpdo& pdo = tpdos[slot];
+  const MpdoData data = pdo.mpdos.front();
   pdo.mpdos.erase(pdo.mpdos.begin());
   show_first_mpdo(pdo);
+  if (!reports_transmission || pdo.mpdo != MpdoMode::source) {
+    return;
+  }
+  if (number == 0) {
+    confirm_mpdo(data);
+    return;
+  }
+  const auto older =
+      std::ranges::find(mpdos_under_way, source_of(data),
+                        [](const MpdoUnderWay& mpdo) { return source_of(mpdo.data); });
+  if (older != mpdos_under_way.end()) {
+    *older = {data, number};
+  } else {
+    mpdos_under_way.push_back({data, number});
+  }
+  unacknowledged.set(slot);
+}
+
+std::optional<MpdoData> Engine::Impl::present_mpdo(od::Address source) const {
+  const std::optional<od::Variable> variable = dictionary.find(source);
+  if (!variable || check_mpdo_object(dictionary, false, source) != AbortCode::none) {
+    return std::nullopt;
+  }
+  Mpdo mpdo{.mode = MpdoMode::source, .node = node_id, .address = source};
+  std::copy_n(variable->data, variable->size, mpdo.value.begin());
+  return encode(mpdo);
+}
+
+// The listener may request MPDOs.
+void Engine::Impl::confirm_mpdo(const MpdoData& data) {
+  if (listener != nullptr && present_mpdo(source_of(data)) == data) {
+    listener->mpdo_transmitted(source_of(data));
+  }
+}
+
+void Engine::Impl::mpdos_acknowledged(std::uint64_t number) {
+  for (std::size_t i = 0; i < mpdos_under_way.size();) {
+    const MpdoUnderWay mpdo = mpdos_under_way[i];
+    if (mpdo.number > number) {
+      ++i;
+      continue;
+    }
+    mpdos_under_way[i] = mpdos_under_way.back();
+    mpdos_under_way.pop_back();
+    confirm_mpdo(mpdo.data);
+  }
+}
+
+void Engine::Impl::mpdos_lost(std::uint64_t first, std::uint64_t last) {
+  for (std::size_t i = 0; i < mpdos_under_way.size();) {
+    const MpdoUnderWay mpdo = mpdos_under_way[i];
+    if (mpdo.number < first || mpdo.number > last) {
+      ++i;
+      continue;
+    }
+    mpdos_under_way[i] = mpdos_under_way.back();
+    mpdos_under_way.pop_back();
+    if (operational) {
+      scanned_changed(source_of(mpdo.data));
+    }
+  }
+}
+
+std::uint16_t Engine::scanning_tpdo() const {
+  return impl_->source_tpdo ? static_cast<std::uint16_t>(*impl_->source_tpdo + 1)
+                            : std::uint16_t{0};
+}
+
+bool Engine::scans(od::Address source) const {
+  return impl_->source_tpdo && impl_->scanner_list.contains(source) &&
+         check_mpdo_object(impl_->dictionary, false, source) == AbortCode::none;
+}
+
+bool Engine::awaits_trigger(od::Address source) const {
+  if (!scans(source)) {
+    return false;
+  }
+  const MpdoData present = impl_->present_mpdo(source).value_or(MpdoData{});
+  const Tpdo& pdo = impl_->tpdos[*impl_->source_tpdo];
+  const auto has = [&present](const auto& mpdos, auto data) {
+    return std::ranges::find(mpdos, present, data) != mpdos.end();
+  };
+  return !has(pdo.mpdos, std::identity()) && !has(pdo.held_mpdos, std::identity()) &&
+         !has(impl_->mpdos_under_way, &Impl::MpdoUnderWay::data);
 }
 
 }  // namespace linegate::pdo

@@ -404,7 +404,7 @@ inline std::size_t Engine::Impl::first_ready() const {
     start_times(slot, now);
   }
   if (pdo.mpdo != MpdoMode::none) {
-    next_mpdo(pdo);
+    next_mpdo(slot, number);
   }
   return true;
 }
@@ -507,6 +507,7 @@ void Engine::Impl::forget_transmission() {
       under_way[slot].clear();
     }
   }
+  mpdos_under_way.clear();
 }
 
 // Precondition: has_untransmitted().
@@ -554,6 +555,13 @@ void Engine::Impl::forget_transmission() {
   for_each_bit(unacknowledged.words(), [&](std::size_t bit) {
     const auto slot = static_cast<std::uint16_t>(bit);
     const Tpdo& pdo = tpdos[slot];
+    if (pdo.mpdo != MpdoMode::none) {
+      mpdos_acknowledged(number);
+      if (mpdos_under_way.empty()) {
+        unacknowledged.clear(bit);
+      }
+      return;
+    }
     FrameData differs;
     const bool had_some = under_way[slot].acknowledged(number, gather(pdo), differs);
     if (!under_way[slot].any()) {
@@ -572,6 +580,10 @@ void Engine::Impl::lost(std::uint64_t first, std::uint64_t last) {
   for_each_bit(unacknowledged.words(), [&](std::size_t bit) {
     const auto slot = static_cast<std::uint16_t>(bit);
     const Tpdo& pdo = tpdos[slot];
+    if (pdo.mpdo != MpdoMode::none) {
+      mpdos_lost(first, last);
+      return;
+    }
     if (!under_way[slot].any_of(first, last)) {
       return;
     }
