@@ -133,9 +133,17 @@ bool ProcessImage::write_entry(Direction direction, std::uint32_t entry,
     s.area.hot_.changed_in = s.area.hot_.generation;
   }
   if (!is_sent(s, entry)) {
-    set_entry_valid(direction, entry, true);
+    note_written_unsent(s, direction, entry);
   } else if (changed) {
     set_entry_valid(direction, entry, false);
+  }
+}
+
+void ProcessImage::note_written_unsent(Side& side, Direction direction, std::uint32_t entry) {
+  if (side.listener != nullptr && side.layout.entries[entry].local_pdo == 0) {
+    side.listener->output_written(entry);
+  } else {
+    set_entry_valid(direction, entry, true);
   }
 }
 
@@ -199,7 +207,28 @@ bool ProcessImage::write_bytes(Direction direction, std::uint32_t offset,
     changed |= s.area.merge(static_cast<std::uint32_t>(offset + done), load_le(part),
                             low_bits(static_cast<std::uint32_t>(8 * part.size())));
   }
+  if (s.listener != nullptr && !value.empty()) {
+    const auto bits = static_cast<std::uint32_t>(8 * value.size());
+    for_each_entry(s, 8 * offset, bits, [&s](std::uint32_t entry) {
+      if (s.layout.entries[entry].local_pdo == 0) {
+        s.listener->output_written(entry);
+      }
+    });
+  }
   return changed;
+}
+
+template <class Function>
+void ProcessImage::for_each_entry(const Side& side, std::uint32_t bit_offset, std::uint32_t bits,
+                                  Function function) {
+  const std::size_t last_block = (bit_offset + bits - 1) / 8 / kBlockBytes;
+  for (std::uint32_t i = side.block_first[bit_offset / 8 / kBlockBytes];
+       i < side.block_first[last_block + 1]; ++i) {
+    const Entry& entry = side.layout.entries[side.pieces[i].entry];
+    if (entry.bit_offset < bit_offset + bits && entry.bit_offset + entry.bit_length > bit_offset) {
+      function(side.pieces[i].entry);
+    }
+  }
 }
 
 [[gnu::hot]] std::uint64_t ProcessImage::read_entry(Direction direction,
@@ -236,19 +265,16 @@ void ProcessImage::mark_written(Direction direction, std::uint32_t bit_offset, s
                   area(direction).mark(byte, low_bits(count) << shift);
                 });
   Side& s = side(direction);
-  if (!s.follows_transmission || bits == 0) {
+  if ((!s.follows_transmission && s.listener == nullptr) || bits == 0) {
     return;
   }
-  const std::size_t last_block = (bit_offset + bits - 1) / 8 / kBlockBytes;
-  for (std::uint32_t i = s.block_first[bit_offset / 8 / kBlockBytes];
-       i < s.block_first[last_block + 1]; ++i) {
-    const Entry& entry = s.layout.entries[s.pieces[i].entry];
-    const bool apart =
-        entry.bit_offset >= bit_offset + bits || entry.bit_offset + entry.bit_length <= bit_offset;
-    if (!apart && is_sent(s, s.pieces[i].entry)) {
-      set_entry_valid(direction, s.pieces[i].entry, false);
+  for_each_entry(s, bit_offset, bits, [&](std::uint32_t entry) {
+    if (is_sent(s, entry)) {
+      set_entry_valid(direction, entry, false);
+    } else if (s.listener != nullptr && s.layout.entries[entry].local_pdo == 0) {
+      s.listener->output_written(entry);
     }
-  }
+  });
 }
 
 void ProcessImage::set_node_valid(std::uint8_t node, bool valid) {

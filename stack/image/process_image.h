@@ -30,6 +30,15 @@ struct Place {
   std::uint32_t bit_offset = 0;
 };
 
+// Decides which output entries of no local PDO are valid.
+class OutputListener {
+ public:
+  virtual ~OutputListener() = default;
+  // The entry was written, with the same value or another one. Called several times for some
+  // writes, the last time when the image has the value.
+  virtual void output_written(std::uint32_t entry) = 0;
+};
+
 class ProcessImage {
  public:
   // An image without entries.
@@ -84,6 +93,9 @@ class ProcessImage {
   // From now on an output entry of a local PDO becomes valid only by set_pdo_valid(), when its PDO
   // was transmitted, and becomes invalid when another value is written.
   void follow_transmission() { side(Direction::outputs).follows_transmission = true; }
+  // From now on writes do not make an output entry of no local PDO valid: the listener does, by
+  // set_entry_valid(). It must outlive the image, or the last write.
+  void set_listener(OutputListener& listener) { side(Direction::outputs).listener = &listener; }
 
   // Validity of all entries of a node, of a local PDO, or of one entry. An invalid input PDO
   // becomes valid again with its next frame, an invalid output PDO when it is transmitted.
@@ -143,6 +155,7 @@ class ProcessImage {
     std::vector<std::uint64_t> valid;
     std::vector<std::uint64_t> known;
     bool follows_transmission = false;       // see follow_transmission()
+    OutputListener* listener = nullptr;      // see set_listener()
     std::vector<Pdo> pdos;                   // by local PDO number - 1
     std::vector<std::uint32_t> block_first;  // by block, and one more: position of its first piece
     std::vector<Piece> pieces;        // of block 0, 1, ...; twice if it extends over two blocks
@@ -158,8 +171,13 @@ class ProcessImage {
   static bool is_sent(const Side& side, std::uint32_t entry) {
     return side.follows_transmission && side.layout.entries[entry].local_pdo != 0;
   }
+  // Calls function(entry) for the entries with some of these bits. Precondition: bits is not 0.
+  template <class Function>
+  static void for_each_entry(const Side& side, std::uint32_t bit_offset, std::uint32_t bits,
+                             Function function);
   // The entry was written; changed: its value is different.
   void note_written(Direction direction, std::uint32_t entry, bool changed);
+  void note_written_unsent(Side& side, Direction direction, std::uint32_t entry);
   static void index_pieces(Side& side);
   static void restore_marks(Side& side, const Snapshot& into);
   static void copy_blocks(Side& side, Snapshot& into);

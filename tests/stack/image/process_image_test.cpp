@@ -187,6 +187,35 @@ TEST(ProcessImage, AnOutputThatIsWrittenInTheDictionaryIsNotValidUntilItIsTransm
   EXPECT_FALSE(image.is_valid(kOut, 1));
 }
 
+// Output 1 is of no PDO.
+TEST(ProcessImage, AListenerDecidesWhetherAnOutputOfNoPdoIsValid) {
+  struct Listener : OutputListener {
+    explicit Listener(ProcessImage& i) : image(i) { image.set_listener(*this); }
+    void output_written(std::uint32_t entry) override {
+      EXPECT_EQ(entry, 1U);
+      last = image.read_entry(kOut, entry);
+    }
+    std::uint64_t last_of(bool /*changed*/) { return std::exchange(last, 0); }
+
+    ProcessImage& image;
+    std::uint64_t last = 0;
+  };
+  ProcessImage image(Layout{}, make_layout(kOut, 4, {{1, 0, 8}, {0, 8, 8}}));
+  Listener listener(image);
+  EXPECT_EQ(listener.last_of(image.write_entry(kOut, 1, 7)), 7U);
+  EXPECT_FALSE(image.is_valid(kOut, 1));
+  EXPECT_TRUE(image.is_known(kOut, 1));
+  image.set_entry_valid(kOut, 1, true);
+  EXPECT_EQ(listener.last_of(image.write_entry(kOut, 1, 7)), 7U) << "the same value again";
+  EXPECT_TRUE(image.is_valid(kOut, 1));
+  const std::array other = {std::byte{7}, std::byte{9}};
+  EXPECT_EQ(listener.last_of(image.write_bytes(kOut, 0, other)), 9U);
+  image.area(kOut).data()[1] = std::byte{5};
+  image.mark_written(kOut, 8, 8);
+  EXPECT_EQ(listener.last, 5U);
+  EXPECT_TRUE(image.is_valid(kOut, 0)) << "nothing follows the transmission of PDO 1";
+}
+
 TEST(ProcessImage, ADeadNodeTakesAllItsEntriesWithIt) {
   ProcessImage image(make_layout(kIn, 4, {{1, 0, 8, 5}, {2, 8, 8, 6}, {3, 16, 8, 5}}),
                      no_outputs());
