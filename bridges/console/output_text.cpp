@@ -70,14 +70,19 @@ std::string held_back_text(const Line& line, std::uint8_t id) {
                      : ", which is not confirmed as operational yet");
 }
 
-// The reason that the gateway reports for an entry whose PDO has all values and whose node is
-// Operational. The gateway reports none for an entry of no group, as one that follows an input, and
-// for those after the first 64 of a group. Other reasons contradict the states that were received:
-// they are older or newer.
 bool is_device(const Line& line) {
   return line.view && line.view->state.role == line::Role::device;
 }
 
+// An object of the own node (own_objects): no PDO is held back for it.
+bool is_of_own_node(const image::Entry& place) {
+  return place.local_pdo == 0 && place.remote_pdo == 0;
+}
+
+// The reason that the gateway reports for an entry whose PDO has all values and whose node is
+// Operational. The gateway reports none for an entry of no group, as one that follows an input, and
+// for those after the first 64 of a group. Other reasons contradict the states that were received:
+// they are older or newer.
 std::string reported_wait(const Line& line, std::size_t entry, std::uint8_t node) {
   for (const auto& [number, view] : line.groups) {
     for (const line::OutputState::Wait& wait : view.state.waits) {
@@ -155,7 +160,8 @@ std::string output_state(const Line& line, std::size_t entry) {
                   "the layout was received and has the entry");
   const image::Entry& place = outputs.layout->entries[entry];
   if (outputs.valid(entry)) {
-    return is_device(line) && place.remote_pdo == 0 ? "written" : "sent";
+    const bool may_be_read = is_of_own_node(place) || (is_device(line) && place.remote_pdo == 0);
+    return may_be_read ? "written" : "sent";
   }
   if (line.view && line.view->state.role == line::Role::observer) {
     return "not heard since its node's start";
@@ -167,7 +173,8 @@ std::string output_state(const Line& line, std::size_t entry) {
     const std::string device = node_text(line, place.node);
     return device.empty() ? reported_wait(line, entry, place.node) : "waits for " + device;
   }
-  const std::vector<std::string> missing = missing_in_pdo(outputs, place.local_pdo);
+  const std::vector<std::string> missing =
+      is_of_own_node(place) ? std::vector<std::string>() : missing_in_pdo(outputs, place.local_pdo);
   if (!missing.empty()) {
     return "waits for values that were never written: " + list_of(missing);
   }

@@ -5,6 +5,7 @@
 
 #include "stack/line/command_checks.h"
 #include "stack/line/devices_line.h"
+#include "stack/line/mpdo_service.h"
 #include "stack/od/objects.h"
 
 namespace linegate::line {
@@ -98,19 +99,25 @@ void DevicesLine::single_output(const Command& command, Instant now) {
   const image::Entry& entry = layout.entries[request.entry];
   const VirtualDevice& device = *find(entry.node);
   const pdo::Engine& pdos = device.node().pdos();
-  const std::uint16_t tpdo =
-      device.has_node_id() ? pdos.first_tpdo({entry.index, entry.sub}) : entry.remote_pdo;
-  if (tpdo == 0) {
+  const od::Address address{entry.index, entry.sub};
+  const std::uint16_t tpdo = device.has_node_id() ? pdos.first_tpdo(address) : entry.remote_pdo;
+  const bool scanned = tpdo == 0 && pdos.scans(address);
+  if (tpdo == 0 && !scanned) {
     reply(command.tag, Error{});
     return;
   }
+  const std::uint16_t by = scanned ? pdos.scanning_tpdo() : tpdo;
   if (device.state().state != nmt::State::operational) {
-    reply(command.tag, Error{}, WrittenByPdo{tpdo, PdoWait::operational});
+    reply(command.tag, Error{}, WrittenByPdo{by, PdoWait::operational});
     return;
   }
-  answer_when_sent({.command = command,
-                    .frames = {{.tpdo = tpdo, .device = entry.node, .samples = pdos.samples(tpdo)}},
-                    .data = WrittenByPdo{tpdo, PdoWait::none}},
+  FramesUnderWay::Awaited frame{.tpdo = tpdo, .device = entry.node, .samples = pdos.samples(tpdo)};
+  if (scanned) {
+    const node::Node& node = device.node();
+    frame.frame = mpdo_frame(node.dictionary(), by, node.node_id(), address);
+    frame.any_value = true;
+  }
+  answer_when_sent({.command = command, .frames = {frame}, .data = WrittenByPdo{by, PdoWait::none}},
                    now);
 }
 

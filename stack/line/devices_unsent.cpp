@@ -36,14 +36,15 @@ void DevicesLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   const PdoWait wait = why == Refusal::wrong_state   ? PdoWait::operational
                        : why == Refusal::awaits_turn ? PdoWait::turn
                                                      : PdoWait::bus;
-  reply(sending.command.tag, Error{}, WrittenByPdo{sending.frames.front().tpdo, wait});
+  const auto& way = std::get<WrittenByPdo>(sending.data);
+  reply(sending.command.tag, Error{}, WrittenByPdo{way.pdo, wait});
 }
 
 // Such a command waits for exactly one frame.
 Refusal DevicesLine::reason_of(const FramesUnderWay::Sending& sending, Instant now) const {
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
   VirtualDevice* device = find(awaited.device);
-  const bool of_pdo = awaited.tpdo != 0;
+  const bool of_pdo = awaited.tpdo != 0 || awaited.any_value;
   if (device == nullptr ||
       (of_pdo && awaited.number == 0 && device->node().state() != nmt::State::operational)) {
     return Refusal::wrong_state;

@@ -21,6 +21,13 @@ can::Frame mpdo_frame(const od::Dictionary& dictionary, std::uint16_t tpdo,
   return frame;
 }
 
+can::Frame mpdo_frame(const od::Dictionary& dictionary, std::uint16_t tpdo, std::uint8_t node,
+                      od::Address source) {
+  return mpdo_frame(
+      dictionary, tpdo,
+      pdo::encode({.mode = pdo::MpdoMode::source, .node = node, .address = source, .value = {}}));
+}
+
 Refusal why_unsent(const FramesUnderWay::Sending& sending, nmt::State own, bool stuck) {
   const bool waits = std::ranges::any_of(
       sending.frames, [](const FramesUnderWay::Awaited& awaited) { return awaited.number == 0; });

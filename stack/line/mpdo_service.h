@@ -17,6 +17,9 @@ namespace linegate::line {
 // A frame of that TPDO of the own node, with the identifier of its communication record.
 can::Frame mpdo_frame(const od::Dictionary& dictionary, std::uint16_t tpdo,
                       const pdo::MpdoData& data);
+// The MPDO of that TPDO that sends the object of the node in source address mode, with value 0.
+can::Frame mpdo_frame(const od::Dictionary& dictionary, std::uint16_t tpdo, std::uint8_t node,
+                      od::Address source);
 
 class MpdoService final : public Service {
  public:

@@ -114,6 +114,7 @@ void NodeLine::do_start(Instant now) {
     node_.resume();
     manager_.wake(now);
   }
+  follow_bus(false, now);
   report_found_layout(now);
   services_.receivers.mark_changed();
   services_.receivers.follow();
@@ -193,11 +194,8 @@ void NodeLine::routes(std::vector<routing::Route>& out) const {
   if (given && services_.lss.listens()) [[unlikely]] {
     services_.lss.handed_out(out, number, now);
   }
-  if (given) {
-    services_.outputs.handed_out(out, number);
-    if (cut_off) [[unlikely]] {
-      services_.flying.probed(now);
-    }
+  if (given && cut_off) [[unlikely]] {
+    services_.flying.probed(now);
   }
   if (given && services_.sleep.awaits_acknowledge()) [[unlikely]] {
     dirty_ = true;
@@ -217,6 +215,7 @@ void NodeLine::do_bus_event(const can::BusEvent& event) {
     services_.sleep.interface_lost(event.time);
     interface_lost();
   }
+  follow_bus(sleeps(), event.time);
 }
 
 void NodeLine::malformed(const can::Target& target, const can::Frame& frame) {
@@ -453,7 +452,6 @@ Line::Input NodeLine::forwarded_input(std::size_t object) const {
     dirty_ = true;
     services_.lss.acknowledged(number, now);
   }
-  services_.outputs.acknowledged(number);
   if (services_.flying.is_held()) [[unlikely]] {
     dirty_ = true;
   }
@@ -463,7 +461,6 @@ void NodeLine::note_lost(std::uint64_t first, std::uint64_t last) {
   node_.pdos().lost(first, last);
   services_.lss.lost(first, last);
   services_.sleep.lost(first, last);
-  services_.outputs.lost(first, last);
   services_.receivers.lost(first, last);
 }
 

@@ -121,6 +121,15 @@ class NodeLine final : public Line,
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
   // node_line_boot.cpp
   void before_boot(Instant now) override;
+  void state_changed(nmt::State state, Instant now) override {
+    services_.outputs.own().state_changed(state, now);
+  }
+  void tpdo_transmitted(std::uint16_t number, std::span<const std::byte> differs) override {
+    services_.outputs.own().tpdo_transmitted(number, differs);
+  }
+  void mpdo_transmitted(od::Address source) override {
+    services_.outputs.own().mpdo_transmitted(source);
+  }
 
   // --- nmt::HeartbeatListener: node_line_monitoring.cpp -----------------------------------------
   void boot_up(std::uint8_t node, Instant now) override;
@@ -169,6 +178,8 @@ class NodeLine final : public Line,
   bool wants_manager() const { return startup_.wants_manager() && !services_.flying.is_passive(); }
   Role role() const { return manages_ ? Role::manager : Role::device; }
   void interface_lost();
+  // The own outputs are transmitted only while the line may use the bus.
+  void follow_bus(bool asleep, Instant now);
   void hear_nmt(const can::Target& target, const can::Frame& frame);
   void write_own_values(Instant now);
   void adopt_role(Instant now);

@@ -103,7 +103,7 @@ void NodeLine::prepare_sleep(Instant now) {
     heartbeats_.stop(device.id);
     node_data_invalid(device.id);
   }
-  services_.outputs.invalidate_scanned();
+  follow_bus(true, now);
   services_.receivers.mark_changed();
   services_.receivers.follow();
 }
@@ -140,6 +140,7 @@ void NodeLine::wake_up(Instant now) {
   services_.diagnosis.diagnosis().commanded(kReset, 0);
   node_.resume();
   node_.command(kReset, now);
+  follow_bus(false, now);
   if (wants_manager() != manages_) {
     change_role(now);
   } else {

@@ -73,4 +73,13 @@ void NodeLine::interface_lost() {
   }
 }
 
+void NodeLine::follow_bus(bool asleep, Instant now) {
+  OwnOutputs& own = services_.outputs.own();
+  if (asleep || !usable()) {
+    own.lose_bus();
+  } else {
+    own.find_bus(now);
+  }
+}
+
 }  // namespace linegate::line

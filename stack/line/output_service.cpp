@@ -63,7 +63,7 @@ OutputService::OutputService(ServiceHost& host, const LineConfig& config, const 
       parts_(parts),
       by_sdo_(by_sdo),
       outputs_(parts.image.layout(Direction::outputs), config.groups, config.bound),
-      scanned_(config, parts.node, parts.image, parts.flying),
+      own_(config, parts.node, parts.image, parts.flying),
       updates_(config.pdo_update_time) {
 }
 
@@ -87,8 +87,7 @@ void OutputService::execute(Command command, Instant now) {
 
 void OutputService::advance(Instant now) {
   request_updated(now);
-  scanned_.follow_state();
-  scanned_.follow_role();
+  own_.advance(now);
 }
 
 void OutputService::before_boot(Instant now) {
@@ -117,7 +116,8 @@ void OutputService::write_entry(Command command, Instant now) {
   parts_.image.write_entry(Direction::outputs, request.entry, request.data);
   entry_written(request.entry, true, now);
   if (entry.local_pdo == 0) {
-    answer_scanned(std::move(command), now);
+    const std::uint32_t own = request.entry;
+    answer_own(std::move(command), own, false, now);
     return;
   }
   answer_write(std::move(command), std::span(&entry.local_pdo, 1), false, now);
@@ -153,6 +153,13 @@ void OutputService::write_by_pdo(Command command, std::span<const std::uint32_t>
   }
   const image::Layout& layout = parts_.image.layout(Direction::outputs);
   const bool keep = request.keep_pdo || parts_.settings.manual_trigger;
+  if (layout.entries[entries.front()].local_pdo == 0) {
+    if (!keep) {
+      entry_written(entries.front(), true, now);
+    }
+    answer_own(std::move(command), entries.front(), keep, now);
+    return;
+  }
   updates_.set_update_time(parts_.settings.update_time);
   std::vector<std::uint16_t> tpdos;
   for (const std::uint32_t position : entries) {
@@ -215,26 +222,25 @@ void OutputService::answer_write(Command command, std::span<const std::uint16_t>
   host().answer_when_sent(std::move(sending), now);
 }
 
-// Answers for an output that no PDO carries: the reason why it waits, or that it was sent.
-void OutputService::answer_scanned(Command command, Instant now) {
-  using enum ScannedOutputs::Progress;
-  const std::uint32_t entry = std::get<SingleOutput>(command.request).entry;
-  const ScannedOutputs::Progress progress = scanned_.progress(entry);
-  if (progress == confirmed) {
-    host().reply(command.tag, Error{}, {});
+// Answers for an output that is an object of the own node. keep: see answer_write().
+void OutputService::answer_own(Command command, std::uint32_t entry, bool keep, Instant now) {
+  if (const std::uint16_t tpdo = own_.tpdo_of(entry); tpdo != 0) {
+    answer_write(std::move(command), std::span(&tpdo, 1), keep, now);
     return;
   }
-  const std::uint16_t tpdo = scanned_.tpdo();
-  if (progress == waits) {
-    const bool operational = parts_.node.state() == nmt::State::operational;
-    const PdoWait wait = operational ? PdoWait::turn : PdoWait::operational;
+  const std::uint16_t tpdo = own_.mpdo_of(entry);
+  if (tpdo == 0) {
+    host().reply(command.tag, Error{}, {});  // read by SDO
+    return;
+  }
+  const PdoWait wait = keep ? PdoWait::trigger : wait_of(tpdo);
+  if (wait != PdoWait::none) {
     host().reply(command.tag, Error{}, way_of(tpdo, wait));
     return;
   }
-  const FramesUnderWay::Awaited awaited{.frame = scanned_.frame_of(entry), .any_value = true};
+  const FramesUnderWay::Awaited awaited{.frame = own_.mpdo_frame_of(entry), .any_value = true};
   host().answer_when_sent(
-      {.command = std::move(command), .frames = {awaited}, .data = way_of(tpdo, PdoWait::none)},
-      now);
+      {.command = std::move(command), .frames = {awaited}, .data = way_of(tpdo, wait)}, now);
 }
 
 WrittenByPdo OutputService::way_of(std::uint16_t tpdo, PdoWait wait) const {
@@ -291,11 +297,13 @@ void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
   if (awaited.tpdo == 0) {  // sent by MPDO
     const PdoWait on_the_way = awaited.number != 0 || stuck ? PdoWait::bus : PdoWait::turn;
     const PdoWait wait = own == nmt::State::operational ? on_the_way : PdoWait::operational;
-    host().reply(sending.command.tag, Error{}, way_of(scanned_.tpdo(), wait));
+    const auto& way = std::get<WrittenByPdo>(sending.data);
+    host().reply(sending.command.tag, Error{}, way_of(way.pdo, wait));
     return;
   }
+  // 0: of a TPDO that carries objects of the own node
   const std::uint8_t receiving = parts_.image.node_of(Direction::outputs, awaited.tpdo);
-  if (!parts_.receivers.takes_single_writes(receiving)) {
+  if (receiving != 0 && !parts_.receivers.takes_single_writes(receiving)) {
     host().refuse(sending.command, Refusal::wrong_state, now, receiving);
     return;
   }
@@ -383,16 +391,16 @@ void OutputService::apply(const OutputWrite& write, bool always, Instant now) {
 [[gnu::hot]] void OutputService::written(std::uint32_t bit_offset, std::uint32_t bits, bool always,
                                          Instant now) {
   parts_.node.pdos().outputs_written(bit_offset, bits, always, now);
-  if (!scanned_.empty()) {
-    scanned_.written(bit_offset, bits, always);
+  if (!own_.empty()) {
+    own_.written(bit_offset, bits, always, now);
   }
 }
 
 [[gnu::hot]] void OutputService::entries_written(std::uint32_t first, std::uint32_t bits,
                                                  bool always, Instant now) {
   parts_.node.pdos().output_written(first, bits, always, now);
-  if (!scanned_.empty()) {
-    scanned_.written(entries()[first].bit_offset, bits, always);
+  if (!own_.empty()) {
+    own_.written(entries()[first].bit_offset, bits, always, now);
   }
 }
 
@@ -425,7 +433,7 @@ void OutputService::give_up(Instant now) {
       parts_.image.forget_entry(Direction::outputs, entry);
     }
   }
-  scanned_.drop();
+  own_.give_up();
   // Entries that follow inputs keep their values.
   for (const OutputDefault& value : config_.defaults) {
     if (!outputs_.is_bound(value.entry)) {
@@ -455,7 +463,7 @@ OutputWait OutputService::reason_of(std::uint32_t entry, Instant now) const {
   }
   const bool stuck = host().bus_is_stuck(now);
   if (place.local_pdo == 0) {
-    return wait_of_request(false, stuck);
+    return own_.reason_of(entry, stuck);
   }
   using enum pdo::Engine::Receiver;
   const pdo::Engine::Receiver state = parts_.receivers.state(place.node);

@@ -19,8 +19,8 @@
 #include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 #include "stack/line/outputs.h"
+#include "stack/line/own_outputs.h"
 #include "stack/line/pdo_updates.h"
-#include "stack/line/scanned_outputs.h"
 #include "stack/line/service.h"
 #include "stack/node/node.h"
 #include "stack/pdo/link.h"
@@ -75,8 +75,8 @@ class OutputService final : public Service {
   // See Line::write_bound().
   void write_bound(std::span<const BoundValue> values, Instant now);
   void apply_defaults(Instant now);
-  // Those that MPDOs carry are no longer valid; PDOs see OutputReceivers.
-  void invalidate_scanned() { scanned_.invalidate(); }
+  // Those that are objects of the own node.
+  OwnOutputs& own() { return own_; }
   // Another flying master is active: disarms all groups, forgets the values that clients wrote, so
   // that their PDOs are held back until they are written again, and refuses commands under way.
   void give_up(Instant now);
@@ -91,20 +91,6 @@ class OutputService final : public Service {
     outputs_.note_refused(refused, {}, now);
   }
 
-  // --- frames ---------------------------------------------------------------------------------
-  // See ScannedOutputs; the PDO engine tracks the frames of PDOs itself.
-  void handed_out(const can::Frame& frame, std::uint64_t number) {
-    if (!scanned_.empty()) [[unlikely]] {
-      scanned_.handed_out(frame, number);
-    }
-  }
-  void acknowledged(std::uint64_t number) {
-    if (!scanned_.empty()) [[unlikely]] {
-      scanned_.acknowledged(number);
-    }
-  }
-  void lost(std::uint64_t first, std::uint64_t last) { scanned_.lost(first, last); }
-
   // --- PDOs that are triggered by hand ----------------------------------------------------------
   // Appends the TPDOs to `triggered`. PDOs that lack a value are not sent.
   Error trigger(const PdoTrigger& what, std::vector<std::uint16_t>& triggered, Instant now);
@@ -118,7 +104,7 @@ class OutputService final : public Service {
   Refusal check_by_pdo(const ObjectWrite& request, std::span<const std::uint32_t> entries) const;
   void refuse_fired(const Command& command, std::uint32_t entry, Instant now);
   void answer_write(Command command, std::span<const std::uint16_t> tpdos, bool keep, Instant now);
-  void answer_scanned(Command command, Instant now);
+  void answer_own(Command command, std::uint32_t entry, bool keep, Instant now);
   void answer_trigger(Command command, Instant now);
   bool asks_at_once(std::uint16_t tpdo) const;
   PdoWait wait_of(std::uint16_t tpdo) const;
@@ -127,8 +113,7 @@ class OutputService final : public Service {
   std::vector<std::uint16_t> tpdos_of(const PdoTrigger& what) const;
   void request_updated(Instant now);
   void apply(const OutputWrite& write, bool always, Instant now);
-  // Outputs were written there: requests their PDOs, and the MPDOs of the scanner list. always: for
-  // unchanged values, too.
+  // Outputs were written there: requests their PDOs and MPDOs. always: for unchanged values, too.
   void written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
   void entry_written(std::uint32_t entry, bool always, Instant now) {
     entries_written(entry, entries()[entry].bit_length, always, now);
@@ -149,7 +134,7 @@ class OutputService final : public Service {
   Parts parts_;
   Service& by_sdo_;
   Outputs outputs_;
-  ScannedOutputs scanned_;
+  OwnOutputs own_;
   PdoUpdates updates_;
 };
 

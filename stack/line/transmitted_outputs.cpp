@@ -32,9 +32,15 @@ void TransmittedOutputs::follow(const pdo::Engine& pdos) {
   }
   const std::vector<Carried> before = std::exchange(carried_, {});
   const std::vector<Output> outputs = std::exchange(outputs_, std::vector<Output>(outputs_.size()));
+  for (const Object& object : objects_) {
+    const Output& old = outputs[object.entry - first_];
+    Output& output = this->output(object.entry);
+    output.is_scanned = pdos.scans(object.address);
+    output.is_transmitted = output.is_scanned && old.is_scanned && old.is_transmitted;
+  }
   for (const pdo::Engine::SentObject& object : pdos.sent_objects()) {
-    const auto found = std::ranges::lower_bound(objects_, object.address, {}, &Object::address);
-    if (found == objects_.end() || found->address != object.address) {
+    const Object* const found = find(object.address);
+    if (found == nullptr) {
       continue;
     }
     carried_.push_back({object, found->entry});
@@ -48,6 +54,11 @@ void TransmittedOutputs::follow(const pdo::Engine& pdos) {
     output.is_transmitted |= was_so && outputs[found->entry - first_].is_transmitted;
   }
   refresh();
+}
+
+const TransmittedOutputs::Object* TransmittedOutputs::find(od::Address address) const {
+  const auto found = std::ranges::lower_bound(objects_, address, {}, &Object::address);
+  return found != objects_.end() && found->address == address ? &*found : nullptr;
 }
 
 void TransmittedOutputs::refresh() {
@@ -65,7 +76,7 @@ void TransmittedOutputs::written(std::uint32_t entry) {
   const Output& output = this->output(entry);
   const bool is_valid = is_operational_ && !is_bus_lost_ &&
                         image_.is_known(Direction::outputs, entry) &&
-                        (!output.is_carried || output.is_transmitted);
+                        ((!output.is_carried && !output.is_scanned) || output.is_transmitted);
   image_.set_entry_valid(Direction::outputs, entry, is_valid);
 }
 
@@ -79,6 +90,24 @@ void TransmittedOutputs::transmitted(std::uint16_t tpdo, std::span<const std::by
     if (!output.is_transmitted && !it->object.has_bit(differs)) {
       output.is_transmitted = true;
       written(it->entry);
+    }
+  }
+}
+
+void TransmittedOutputs::transmitted(od::Address source) {
+  const Object* const found = find(source);
+  if (found != nullptr && !is_bus_lost_ && output(found->entry).is_scanned) {
+    output(found->entry).is_transmitted = true;
+    written(found->entry);
+  }
+}
+
+void TransmittedOutputs::request_mpdos(pdo::Engine& pdos, Instant now) const {
+  for (const Object& object : objects_) {
+    const Output& output = this->output(object.entry);
+    if (output.is_scanned && !output.is_transmitted &&
+        image_.is_known(Direction::outputs, object.entry)) {
+      pdos.value_changed(object.address, now);
     }
   }
 }
@@ -105,6 +134,7 @@ void TransmittedOutputs::find_bus(pdo::Engine& pdos, Instant now) {
     return;
   }
   refresh();
+  request_mpdos(pdos, now);
   std::uint16_t requested = 0;
   for (const Carried& carried : carried_) {
     if (carried.tpdo() != requested) {
@@ -115,13 +145,13 @@ void TransmittedOutputs::find_bus(pdo::Engine& pdos, Instant now) {
 }
 
 void TransmittedOutputs::request(od::Address address, pdo::Engine& pdos, Instant now) const {
-  const auto found = std::ranges::lower_bound(objects_, address, {}, &Object::address);
-  if (found == objects_.end() || found->address != address) {
+  const Object* const found = find(address);
+  if (found == nullptr || output(found->entry).is_transmitted ||
+      !awaits_trigger(found->entry, pdos)) {
     return;
   }
-  const Output& output = this->output(found->entry);
-  if (!output.is_carried || output.is_transmitted || !awaits_trigger(found->entry, pdos)) {
-    return;
+  if (output(found->entry).is_scanned) {
+    pdos.value_changed(address, now);
   }
   for (const Carried& carried : carried_) {
     if (carried.entry == found->entry) {
@@ -131,9 +161,19 @@ void TransmittedOutputs::request(od::Address address, pdo::Engine& pdos, Instant
 }
 
 bool TransmittedOutputs::awaits_trigger(std::uint32_t entry, const pdo::Engine& pdos) const {
-  return std::ranges::all_of(carried_, [&](const Carried& carried) {
-    return carried.entry != entry || pdos.awaits_trigger(carried.object);
-  });
+  const image::Entry& place = image_.layout(Direction::outputs).entries[entry];
+  const Output& output = this->output(entry);
+  return (output.is_carried || output.is_scanned) &&
+         std::ranges::all_of(carried_,
+                             [&](const Carried& carried) {
+                               return carried.entry != entry || pdos.awaits_trigger(carried.object);
+                             }) &&
+         (!output.is_scanned || pdos.awaits_trigger(od::Address{place.index, place.sub}));
+}
+
+std::uint16_t TransmittedOutputs::tpdo_of(std::uint32_t entry) const {
+  const auto found = std::ranges::find(carried_, entry, &Carried::entry);
+  return found == carried_.end() ? std::uint16_t{0} : found->tpdo();
 }
 
 OutputWait TransmittedOutputs::reason_of(std::uint32_t entry, const pdo::Engine& pdos,

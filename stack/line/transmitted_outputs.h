@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which outputs of an own device (LineConfig::devices) are valid. Private to stack/line.
+// Which outputs of an own device are valid: of LineConfig::devices, or the own node of a line with
+// its own_objects (OwnOutputs). Private to stack/line.
 //
-// An output is valid only while its device is Operational, and only if a TPDO of the device
-// transmitted its newest value since the device entered that state. An output that no TPDO carries
-// at present is valid there when it is known, because its master reads it by SDO.
+// An output is valid only while its device is Operational, and only if a TPDO of the device, or an
+// MPDO in source address mode, transmitted its newest value since the device entered that state. An
+// output that neither carries at present is valid there when it is known, because its master reads
+// it by SDO.
 #pragma once
 
 #include <cstddef>
@@ -20,14 +22,15 @@ namespace linegate::line {
 
 class TransmittedOutputs {
  public:
-  // The image must outlive it. Precondition: ProcessImage::follow_transmission() was called.
+  // The image must outlive it. Precondition: it does not make these outputs valid by itself, see
+  // ProcessImage::follow_transmission() and set_listener().
   explicit TransmittedOutputs(image::ProcessImage& image) : image_(image) {}
 
   // The device has these entries of the output layout (ascending, without gaps) and no PDOs yet:
   // none is valid until follow().
   void assign(std::span<const std::uint32_t> entries);
-  // Follows the mappings of the TPDOs if they have changed. A value that one of its previous TPDOs
-  // still carries stays transmitted.
+  // Follows the mappings of the TPDOs and the scanner list if they have changed. A value that one
+  // of its previous TPDOs still carries stays transmitted.
   void follow(const pdo::Engine& pdos);
 
   // The device has another value of the entry.
@@ -41,6 +44,11 @@ class TransmittedOutputs {
   bool is_transmitted(std::uint32_t entry) const { return output(entry).is_transmitted; }
   // See pdo::Listener::tpdo_transmitted().
   void transmitted(std::uint16_t tpdo, std::span<const std::byte> differs);
+  // See pdo::Listener::mpdo_transmitted().
+  void transmitted(od::Address source);
+  // Requests the MPDOs of all known outputs that were not transmitted: the engine requests none on
+  // entering Operational.
+  void request_mpdos(pdo::Engine& pdos, Instant now) const;
   // The device entered or left Operational.
   void set_operational(bool operational);
   // Until the bus is back, nothing is transmitted.
@@ -52,10 +60,14 @@ class TransmittedOutputs {
   // What the entry waits for while the device is Operational. stuck: see Line::bus_is_stuck().
   // Precondition: it is known and not valid.
   OutputWait reason_of(std::uint32_t entry, const pdo::Engine& pdos, bool stuck) const;
+  // The first TPDO that carries the output, and whether MPDOs do; 0 if no TPDO does.
+  std::uint16_t tpdo_of(std::uint32_t entry) const;
+  bool is_scanned(std::uint32_t entry) const { return output(entry).is_scanned; }
 
  private:
   struct Output {
-    bool is_carried = false;
+    bool is_carried = false;  // by a TPDO
+    bool is_scanned = false;  // by MPDOs in source address mode
     bool is_transmitted = false;
   };
   struct Carried {
@@ -72,6 +84,7 @@ class TransmittedOutputs {
 
   void forget();
   void refresh();
+  const Object* find(od::Address address) const;
   bool awaits_trigger(std::uint32_t entry, const pdo::Engine& pdos) const;
   Output& output(std::uint32_t entry) { return outputs_[entry - first_]; }
   const Output& output(std::uint32_t entry) const { return outputs_[entry - first_]; }

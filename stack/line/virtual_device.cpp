@@ -505,6 +505,11 @@ void VirtualDevice::tpdo_transmitted(std::uint16_t number, std::span<const std::
   transmitted_.transmitted(number, differs);
 }
 
+void VirtualDevice::mpdo_transmitted(od::Address source) {
+  transmitted_.follow(node_->pdos());
+  transmitted_.transmitted(source);
+}
+
 void VirtualDevice::state_changed(nmt::State state, Instant now) {
   now_ = now;
   ++revision_;
@@ -512,6 +517,7 @@ void VirtualDevice::state_changed(nmt::State state, Instant now) {
   transmitted_.follow(node_->pdos());
   transmitted_.set_operational(state == nmt::State::operational);
   if (state == nmt::State::operational) {
+    transmitted_.request_mpdos(node_->pdos(), now);
     return;
   }
   const bool failed = state == nmt::State::stopped || !node_->error_free();

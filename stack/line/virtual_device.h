@@ -154,6 +154,7 @@ class VirtualDevice final : node::Application {
   void rpdo_received(std::uint16_t number, Instant now) override;
   void before_tpdo(std::uint16_t number) override;
   void tpdo_transmitted(std::uint16_t number, std::span<const std::byte> differs) override;
+  void mpdo_transmitted(od::Address source) override;
   void state_changed(nmt::State state, Instant now) override;
   bool may_send_emcy(std::uint16_t code, std::span<std::byte, 5> info) override;
   void time_received(const time::TimeOfDay& time, Instant now) override;

@@ -240,6 +240,37 @@ TEST(Tables, AnOutputWithoutAReportedReasonShowsNone) {
   EXPECT_EQ(state(), "not sent, reason not reported") << "not among those that are reported";
 }
 
+// No PDO of the line carries it: it is an object of the own node.
+TEST(Tables, AnOutputOfTheOwnNodeWaitsForNoOtherValue) {
+  Model model = test::plant();
+  LineView line = test::line_view(3);
+  line.state.own_state = nmt::State::operational;
+  model.on_line(test::kPress, line);
+  image::Layout layout = *model.find("press").front()->areas[1].layout;
+  layout.id = 12;
+  layout.byte_size = 4;
+  layout.entries.back().local_pdo = layout.entries.back().remote_pdo = 0;
+  layout.entries.push_back(layout.entries.back());
+  layout.entries.back().bit_offset += 16;
+  layout.entries.back().name = "own.Other";
+  model.on_layout(test::kPress, layout);
+  const auto states = [&](unsigned char valid) {
+    image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 12};
+    image.bytes.resize(4);
+    image.changed = {0};
+    image.valid = {valid};
+    image.known = {1};
+    model.on_image(test::kPress, image);
+    return column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState);
+  };
+  EXPECT_THAT(states(0), testing::Contains("not sent, reason not reported"));
+  EXPECT_THAT(states(0), testing::Contains("never written"));
+  EXPECT_THAT(states(1), testing::Contains("written"));
+  line.state.own_state = nmt::State::stopped;
+  model.on_line(test::kPress, line);
+  EXPECT_THAT(states(0), testing::Contains("waits for own node, which is stopped"));
+}
+
 // The own state of the line is that of the device with the lowest node-ID.
 TEST(Tables, AnOutputOfOneOfSeveralDevicesWaitsForItsDevice) {
   Model model = test::plant();

@@ -350,6 +350,100 @@ TEST_F(OutputsOfDevices, ThatNoTpdoCarriesAreNotValidWithoutABus) {
   EXPECT_TRUE(valid(kStatus5));
 }
 
+// TPDO 2 of device 5 sends Status by MPDO in source address mode.
+class ScannedOutputsOfDevices : public OutputsOfDevices {
+ protected:
+  static LineConfig with_mpdo() {
+    LineConfig config = two_devices();
+    auto& objects = config.devices[0].device.objects;
+    variable(config.devices[0], 0x1A00, 0).value = {std::byte{1}};
+    variable(config.devices[0], 0x1A00, 1).value = {
+        std::byte{0x20}, {}, std::byte{1}, std::byte{0x20}};
+    const auto add = [&objects](std::uint16_t index, std::vector<std::uint32_t> values) {
+      objects.push_back({.index = index, .name = "Object", .type = od::ObjectType::record});
+      for (std::uint8_t sub = 0; sub < values.size(); ++sub) {
+        od::VariableDescription value{.sub = sub, .name = "Sub", .access = od::Access::rw};
+        const bool is_byte = sub == 0 || (index == 0x1801 && sub == 2);
+        value.type = is_byte ? od::DataType::unsigned8 : od::DataType::unsigned32;
+        value.value.resize(od::byte_size(value.type));
+        store_le(std::span(value.value), values[sub]);
+        objects.back().variables.push_back(std::move(value));
+      }
+    };
+    add(0x1801, {2, 0x285, 254});
+    add(0x1A01, {0xFE});
+    add(0x1FA0, {1, 0x01'2000'00});
+    std::ranges::sort(objects, {}, &od::ObjectDescription::index);
+    return config;
+  }
+  std::uint32_t status() {
+    const std::vector<image::Entry>& entries = line_->layout(Direction::outputs).entries;
+    const auto found = std::ranges::find_if(
+        entries, [](const image::Entry& each) { return each.node == 5 && each.index == 0x2000; });
+    return static_cast<std::uint32_t>(found - entries.begin());
+  }
+  void write_by_hand(std::uint8_t value) {
+    line_->execute(
+        {.request = SingleOutput{.entry = status(), .data = {std::byte{value}, std::byte{}}}},
+        now_);
+  }
+};
+
+TEST_F(ScannedOutputsOfDevices, AreValidWhenTheBusAcknowledgedTheirMpdo) {
+  run(with_mpdo());
+  write(status(), 4);
+  EXPECT_FALSE(valid(status()));
+  EXPECT_EQ(reason(), OutputWait::turn);
+  EXPECT_THAT(hand_out(), ElementsAre("285#0500200004000000"));
+  EXPECT_FALSE(valid(status()));
+  pass(milliseconds(200));
+  EXPECT_EQ(reason(), OutputWait::bus);
+  line_->lost(given_, given_);
+  EXPECT_THAT(hand_out(), ElementsAre("285#0500200004000000"));
+  acknowledge_all();
+  EXPECT_TRUE(valid(status()));
+  command(0x80, 5);
+  EXPECT_FALSE(valid(status()));
+  EXPECT_EQ(reason(), OutputWait::own_node);
+  command(0x01, 5);
+  EXPECT_FALSE(valid(status()));
+  EXPECT_THAT(hand_out(), testing::Contains("285#0500200004000000")) << "it is sent again";
+  acknowledge_all();
+  EXPECT_TRUE(valid(status()));
+}
+
+TEST_F(ScannedOutputsOfDevices, AreSentAgainWhenTheBusIsBack) {
+  run(with_mpdo());
+  write(status(), 4);
+  settle();
+  ASSERT_TRUE(valid(status()));
+  line_->bus_event({.kind = can::BusEvent::Kind::interface_failed, .code = 100, .time = now_});
+  EXPECT_FALSE(valid(status()));
+  line_->bus_event({.kind = can::BusEvent::Kind::interface_ready, .time = now_});
+  EXPECT_FALSE(valid(status()));
+  EXPECT_THAT(hand_out(), testing::Contains("285#0500200004000000"));
+  acknowledge_all();
+  EXPECT_TRUE(valid(status()));
+}
+
+TEST_F(ScannedOutputsOfDevices, ASingleWriteIsAnsweredWhenItsMpdoIsAcknowledged) {
+  start(with_mpdo());
+  write_by_hand(3);
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{2, PdoWait::operational}}));
+  command(0x01);
+  settle();
+  write_by_hand(4);
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("285#0500200004000000"));
+  EXPECT_FALSE(is_answered());
+  acknowledge_all();
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{2, PdoWait::none}}));
+  write_by_hand(5);
+  hand_out();
+  pass(kSendTime);
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{2, PdoWait::bus}}));
+}
+
 TEST_F(OutputsOfDevices, FollowTheMappingOfTheMaster) {
   run();
   write(kStatus5, 4);

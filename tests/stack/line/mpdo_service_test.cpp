@@ -5,8 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "stack/line/scanned_outputs.h"
-
 #include "tests/stack/line/service_fixture.h"
 
 namespace linegate::line {
@@ -55,10 +53,9 @@ struct MpdoServiceTest : testing::Test {
         parts.now);
   }
   // The next frame of these two TPDOs; empty if none is sent.
-  std::string sent(std::uint64_t number = 0) {
-    for (can::Frame frame; parts.node->next_frame(frame, parts.now, number);) {
+  std::string sent() {
+    for (can::Frame frame; parts.node->next_frame(frame, parts.now);) {
       if (frame.id == 0x1F0 || frame.id == 0x1F1) {
-        outputs.handed_out(frame, number);
         return text(frame);
       }
     }
@@ -70,7 +67,6 @@ struct MpdoServiceTest : testing::Test {
   ManagerParts managed{false};
   NoFlyingMaster flying{host, parts, managed.manager};
   MpdoService service{host, *parts.node, parts.own_objects, parts.config, flying.service};
-  ScannedOutputs outputs{parts.config, *parts.node, parts.image, flying.service};
   std::uint64_t tag = 0;
 };
 
@@ -110,26 +106,6 @@ TEST_F(MpdoServiceTest, WithoutAnAcknowledgementItSaysWhatTheFrameWaitsFor) {
   host.expire(service, parts.now);
   EXPECT_EQ(host.answer(1), to_error(Refusal::no_acknowledge));
   EXPECT_EQ(host.answer(2), to_error(Refusal::awaits_turn));
-}
-
-// Outputs that are sent in source address mode.
-TEST_F(MpdoServiceTest, AScannedOutputIsConfirmedWhenItsFrameIsAcknowledged) {
-  using enum ScannedOutputs::Progress;
-  const std::vector<image::Entry>& entries = parts.image.layout(Direction::outputs).entries;
-  const auto last = static_cast<std::uint32_t>(entries.size() - 1);
-  ASSERT_FALSE(outputs.empty());
-  EXPECT_EQ(outputs.tpdo(), 101);
-  parts.image.write_entry(Direction::outputs, last, std::uint64_t{7});
-  outputs.written(entries[last].bit_offset, entries[last].bit_length, false);
-  EXPECT_EQ(outputs.progress(last), ScannedOutputs::Progress::sent);
-  EXPECT_EQ(this->sent(3), "1F1#7F00210207000000");
-  outputs.acknowledged(2);
-  EXPECT_EQ(outputs.progress(last), ScannedOutputs::Progress::sent);
-  outputs.lost(3, 3);
-  EXPECT_EQ(this->sent(4), "1F1#7F00210207000000") << "the lost frame is repeated";
-  outputs.acknowledged(4);
-  EXPECT_EQ(outputs.progress(last), confirmed);
-  EXPECT_TRUE(parts.image.is_valid(Direction::outputs, last));
 }
 
 }  // namespace
