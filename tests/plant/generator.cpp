@@ -34,6 +34,7 @@ class Generator {
         random_of_line_(seed + 0x4C49),
         random_of_outputs_(seed + 0x0107),
         random_of_mappings_(seed + 0x5457),
+        random_of_own_(seed + 0x4F57),
         services_(seed),
         commands_of_ours_(seed),
         requests_(seed) {}
@@ -51,6 +52,7 @@ class Generator {
       change_itself(time);
       change_line(i, time);
       write_outputs(time);
+      write_own_outputs(time);
       add(services_.draw(devices_, time));
       add(requests_.draw(devices_, time));
       add(commands_of_ours_.draw(ours_, time));
@@ -75,6 +77,7 @@ class Generator {
   unsigned below_outputs(unsigned limit) {
     return static_cast<unsigned>(random_of_outputs_() % limit);
   }
+  unsigned below_own(unsigned limit) { return static_cast<unsigned>(random_of_own_() % limit); }
   Device& any() { return devices_[below(static_cast<unsigned>(devices_.size()))]; }
 
   // An action at that time; the actions are written in the order of their times.
@@ -109,7 +112,8 @@ class Generator {
       out_ << " buffers " << 2 + below(3);
     }
     roles();
-    out_ << services_.line_words() << '\n';
+    has_own_outputs_ = below_own(3) == 0;
+    out_ << services_.line_words() << (has_own_outputs_ ? " own-outputs" : "") << '\n';
     const unsigned count = 1 + below(12);
     for (unsigned i = 0; i < count; ++i) {
       devices_.push_back(draw_device(random_, 1 + i * 9 + below(9)));
@@ -288,6 +292,20 @@ class Generator {
     }
     if (!values.str().empty()) {
       at(time) << "write 0 arming " << ++arming_ << values.str();
+    }
+  }
+
+  // Outputs that are objects of the own node.
+  void write_own_outputs(unsigned time) {
+    constexpr unsigned kNear = 300;  // ms
+    for (unsigned i = 0; has_own_outputs_ && i < below_own(3); ++i) {
+      std::ostringstream values;
+      for (unsigned sub = 1; sub <= 4; ++sub) {
+        if (below_own(2) == 0) {
+          values << " 127.2101:" << sub << " = " << (below_own(2) == 0 ? "11" : "2E") << "00";
+        }
+      }
+      at(time + below_own(kNear)) << "write 0 arming " << ++arming_ << values.str();
     }
   }
 
@@ -585,6 +603,7 @@ class Generator {
   std::mt19937_64 random_of_line_;
   std::mt19937_64 random_of_outputs_;
   std::mt19937_64 random_of_mappings_;
+  std::mt19937_64 random_of_own_;
   ServiceCommands services_;
   OwnDeviceCommands commands_of_ours_;
   RequestsAndBursts requests_;
@@ -597,6 +616,7 @@ class Generator {
   unsigned last_with_mpdos_ = 0;
   unsigned pauses_ = 0;  // ms in which the line was stopped: all later actions are delayed by it
   Role role_ = Role::master;
+  bool has_own_outputs_ = false;
   bool starts_all_ = false;
   bool reacts_ = false;        // the loss of a mandatory node affects all nodes
   bool stops_all_ = false;     // that loss stops all nodes

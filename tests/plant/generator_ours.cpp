@@ -50,7 +50,26 @@ OwnDeviceCommands::Actions OwnDeviceCommands::draw(const std::vector<Device>& ou
     const unsigned when = time + below(kNear);
     out.emplace_back(when, command(device));
   }
+  if (!ours.empty()) {
+    disturb(out, time);
+  }
   return out;
+}
+
+// One time in six. Frames are lost right after a command, if there is one at that time.
+void OwnDeviceCommands::disturb(Actions& out, unsigned time) {
+  constexpr unsigned kLongest = 1500;  // ms
+  switch (below_bus(12)) {
+    case 0:
+      out.emplace_back(out.empty() ? time : out.back().first, "ours loses");
+      break;
+    case 1:
+      out.emplace_back(time, "ours bus off");
+      out.emplace_back(time + 1 + below_bus(kLongest), "ours bus on");
+      break;
+    default:
+      break;
+  }
 }
 
 }  // namespace linegate::plant

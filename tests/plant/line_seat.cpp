@@ -23,6 +23,7 @@ LineSeat::LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& 
   model.emplace(*line);
   states.emplace(*line);
   outputs.emplace(*line);
+  own_outputs.emplace(*line);
   answers.emplace(*line);
   end = bus.attach();
   witness_end = bus.attach();
@@ -53,7 +54,8 @@ nmt::State LineSeat::real_state(std::uint8_t node_id) const {
       return seat.device->node().state();
     }
   }
-  return ours != nullptr ? ours->node_state(node_id).state : nmt::State::unknown;
+  return ours != nullptr && bus.connected(ours_end) ? ours->node_state(node_id).state
+                                                    : nmt::State::unknown;
 }
 
 void LineSeat::stop(Instant now) {
@@ -67,6 +69,7 @@ void LineSeat::take(std::unique_ptr<line::Line> another) {
   model.reset();
   states.reset();
   outputs.reset();
+  own_outputs.reset();
   answers.reset();
   line = std::move(another);
   line->expect_acknowledgements();
@@ -75,6 +78,7 @@ void LineSeat::take(std::unique_ptr<line::Line> another) {
   model.emplace(*line);
   states.emplace(*line);
   outputs.emplace(*line);
+  own_outputs.emplace(*line);
   answers.emplace(*line);
   bus.detach(end);
   end = bus.attach();

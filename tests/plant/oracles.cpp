@@ -116,7 +116,8 @@ std::string check_observer(const LineSeat& seat) {
   if (seat.bus.sent(seat.observer_end) != 0 || seat.observer->state().counters.frames_sent != 0) {
     return "the observer has sent something";
   }
-  const Nodes others = with_other_mapping(seat);
+  Nodes others = with_other_mapping(seat);
+  others.set(seat.line->config().node_id, !seat.line->config().own_objects.empty());
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
     const image::Layout& observed = seat.observer->layout(direction);
     const image::Layout& ours = seat.line->layout(direction);
@@ -215,6 +216,9 @@ std::string check_settled(LineSeat& seat, std::uint64_t commands, Instant now) {
   if (std::string text = seat.answers_of_ours ? seat.answers_of_ours->check_rest(now) : "";
       !text.empty()) {
     return "our devices: " + text;
+  }
+  if (std::string text = seat.own_outputs->compare(now, true); !text.empty()) {
+    return "own outputs: " + text;
   }
   return check_states(seat);
 }

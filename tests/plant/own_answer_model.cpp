@@ -111,6 +111,23 @@ void OwnAnswerModel::acknowledged(std::uint64_t number) {
   }
 }
 
+void OwnAnswerModel::lost(std::uint64_t first, std::uint64_t last) {
+  const auto is_lost = [first, last](std::uint64_t number) {
+    return number >= first && number <= last;
+  };
+  for (Transmission& tpdo : transmissions_) {
+    std::erase_if(tpdo.under_way, [&](const auto& frame) { return is_lost(frame.first); });
+  }
+  std::erase_if(sent_, [&](const Sent& sent) { return is_lost(sent.number); });
+}
+
+void OwnAnswerModel::set_bus(bool on) {
+  is_off_bus_ = !on;
+  if (!on) {
+    started_after_.fill(submitted_);
+  }
+}
+
 std::uint8_t OwnAnswerModel::node_of(const line::Command& command) const {
   const auto* const output = as<line::SingleOutput>(command);
   return output != nullptr ? fields_[output->entry].node : line::node_of(command);
@@ -323,6 +340,9 @@ std::string OwnAnswerModel::check_valid(std::size_t entry) const {
   if (state != nmt::State::operational) {
     return "its device is " + std::string(nmt::name(state));
   }
+  if (is_off_bus_) {
+    return "its line is off the bus";
+  }
   const auto tpdo = std::ranges::find_if(transmissions_, [&](const Transmission& each) {
     return each.node == field.node && each.pdo == field.pdo;
   });
@@ -355,20 +375,30 @@ std::string OwnAnswerModel::check_rest(Instant now) {
   return {};
 }
 
+bool OwnAnswerModel::holds(const line::OutputState::Wait& wait) const {
+  using enum line::OutputWait;
+  if (!snapshot_.is_known(wait.entry) || wait.reason == value) {
+    return wait.reason == value && !snapshot_.is_known(wait.entry);
+  }
+  const bool operational =
+      line_.node_state(fields_[wait.entry].node).state == nmt::State::operational;
+  if (!operational || wait.reason == own_node) {
+    return wait.reason == own_node && !operational;
+  }
+  return is_off_bus_ ? wait.reason == bus : wait.reason != bus || acknowledged_ < submitted_;
+}
+
 std::string OwnAnswerModel::check_waits() const {
   for (std::size_t group = 0; group < line_.output_groups(); ++group) {
     line::OutputState state;
     line_.output_state(group, state);
-    for (const auto& [entry, reason] : state.waits) {
-      const bool operational =
-          line_.node_state(fields_[entry].node).state == nmt::State::operational;
-      if (snapshot_.is_valid(entry)) {
+    for (const line::OutputState::Wait& wait : state.waits) {
+      if (snapshot_.is_valid(wait.entry)) {
         return "a valid output waits";
       }
-      if ((reason == line::OutputWait::value) == snapshot_.is_known(entry) ||
-          (snapshot_.is_known(entry) && (reason == line::OutputWait::own_node) == operational)) {
+      if (!holds(wait)) {
         return "an output waits for another reason than " +
-               std::to_string(static_cast<unsigned>(reason));
+               std::to_string(static_cast<unsigned>(wait.reason));
       }
     }
     std::size_t invalid = 0;

@@ -19,10 +19,11 @@
 //   5. A value that is written into the dictionary is in the image when it is answered.
 //   6. An output is valid only while its device is Operational, and only if the newest frame of its
 //      TPDO that the bus acknowledged has its value, and the line submitted that frame after the
-//      newest NMT command that ended Operational of the device, and after it was last not
-//      Operational at the end of a step.
+//      newest NMT command that ended Operational of the device, after it was last not Operational
+//      at the end of a step, and after the line last went off the bus. Frames that the controller
+//      lost do not count.
 //   7. OutputState counts each other output as waiting, with a reason that holds: the device is not
-//      Operational, or it is.
+//      Operational, or it is. The bus is a reason only without one, or while a frame is under way.
 //   8. At rest, each known output of an Operational device whose TPDO is event-driven is valid.
 #pragma once
 
@@ -56,6 +57,10 @@ class OwnAnswerModel {
   void submitted(const can::Frame& frame, Instant now);
   // Number of submitted frames that have ended.
   void acknowledged(std::uint64_t number);
+  // Call it when the controller loses these frames, before acknowledged() counts them.
+  void lost(std::uint64_t first, std::uint64_t last);
+  // Call it when the controller goes off the bus, or is back.
+  void set_bus(bool on);
   // Call it when the line replied. Returns a description of the violated rule, or nothing.
   std::string answered(const line::Reply& reply, Instant now);
   // Call it after each step. Returns a description of a command that was not answered in time, or
@@ -118,6 +123,7 @@ class OwnAnswerModel {
   std::string compare_outputs(Instant now);
   std::string check_valid(std::size_t entry) const;
   std::string check_waits() const;
+  bool holds(const line::OutputState::Wait& wait) const;
   std::string check_unsent(const Given& given, bool turn, Instant now) const;
 
   line::Line& line_;
@@ -132,6 +138,7 @@ class OwnAnswerModel {
   std::uint64_t commands_ = 0;
   std::uint64_t submitted_ = 0;
   std::uint64_t acknowledged_ = 0;
+  bool is_off_bus_ = false;
 };
 
 }  // namespace linegate::plant

@@ -334,31 +334,71 @@ void Scenario::acknowledge(bool on) {
   set_disturbance();
 }
 
-// bus off|on: the controller of the line goes bus-off and loses its frames, or returns.
-void Scenario::bus_action(Words& words) {
-  LineSeat& at = seat();
-  const bool on = words.take() == "on";
+// The controller of a line goes bus-off, or returns.
+can::BusEvent Scenario::connect(sim::Bus::Endpoint end, bool on) {
   can::BusEvent event;
   event.kind = can::BusEvent::Kind::state;
   event.time = world_.now();
   event.state = on ? can::BusState::error_active : can::BusState::bus_off;
-  at.bus.set_connected(at.end, on, world_.now());
-  at.line->bus_event(event);
+  seat().bus.set_connected(end, on, world_.now());
+  return event;
+}
+
+// bus off|on; off: the controller also loses its frames.
+void Scenario::bus_action(Words& words) {
+  LineSeat& at = seat();
+  const bool on = words.take() == "on";
+  at.line->bus_event(connect(at.end, on));
+  at.own_outputs->set_bus(on);
   if (!on) {
     const std::uint64_t acknowledged = at.bus.acknowledged(at.end);
     at.bus.flush(at.end);
     at.outputs->flushed();
     at.states->flushed();
     at.answers->lost(acknowledged + 1, at.bus.acknowledged(at.end));
+    at.own_outputs->lost(acknowledged + 1, at.bus.acknowledged(at.end));
     at.line->lost(acknowledged + 1, at.bus.acknowledged(at.end));
   }
 }
 
+void Scenario::lose_frames_of_ours() {
+  LineSeat& at = seat();
+  const std::uint64_t first = at.bus.acknowledged(at.ours_end) + 1;
+  at.bus.flush(at.ours_end);
+  const std::uint64_t last = at.bus.acknowledged(at.ours_end);
+  if (first <= last) {
+    at.answers_of_ours->lost(first, last);
+    ours().lost(first, last);
+  }
+}
+
+// ours bus off|on; ours loses (the controller loses its frames). Returns false for another action.
+bool Scenario::ours_bus_action(const std::string& verb, Words& words) {
+  if (verb == "loses") {
+    lose_frames_of_ours();
+    return true;
+  }
+  if (verb != "bus") {
+    return false;
+  }
+  const bool on = words.take() == "on";
+  line::Line& devices = ours();
+  devices.bus_event(connect(seat().ours_end, on));
+  seat().answers_of_ours->set_bus(on);
+  if (!on) {
+    lose_frames_of_ours();
+  }
+  return true;
+}
+
 // ours output NODE.INDEX:SUB = HEX; ours write NODE INDEX:SUB HEX; ours trigger NODE PDO; ours emcy
-// NODE CODE
+// NODE CODE; see ours_bus_action()
 void Scenario::ours_action(Words& words) {
   line::Command request;
   const std::string verb = words.take();
+  if (ours_bus_action(verb, words)) {
+    return;
+  }
   if (verb == "output") {
     line::SingleOutput output{.entry = output_entry(ours(), words.take())};
     words.expect("=");

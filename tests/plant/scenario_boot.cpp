@@ -30,6 +30,35 @@ void give_own_mpdo(line::LineConfig& config) {
   config.forwarding.tpdos.push_back(std::move(mpdo));
 }
 
+// 2101h: outputs. TPDO 101 maps :1 and :2, TPDO 102 sends :3 by MPDO in source address mode, no PDO
+// carries :4.
+void give_own_outputs(line::LineConfig& config) {
+  constexpr std::uint16_t kIndex = 0x2101;
+  constexpr std::uint16_t kTpdo = 101;
+  constexpr std::uint32_t kTpdoId = 0x180;  // + node-ID, of the pre-defined connection set
+  constexpr std::uint32_t kMpdoId = 0x280;
+  for (std::uint8_t sub = 1; sub <= 4; ++sub) {
+    line::OwnObject object{.index = kIndex, .variable = {}, .in_image = true};
+    object.variable.sub = sub;
+    object.variable.name = "Output";
+    object.variable.type = od::DataType::unsigned16;
+    object.variable.access = od::Access::ro;
+    object.variable.mappable = true;
+    config.own_objects.push_back(std::move(object));
+  }
+  pdo::Parameters tpdo;
+  tpdo.number = kTpdo;
+  tpdo.cob_id = {(kTpdoId + config.node_id) | can::CobId::kNoRtrBit};
+  tpdo.mapping = {{{kIndex, 1}, 16}, {{kIndex, 2}, 16}};
+  pdo::Parameters mpdo;
+  mpdo.number = kTpdo + 1;
+  mpdo.cob_id = {(kMpdoId + config.node_id) | can::CobId::kNoRtrBit};
+  mpdo.mpdo = pdo::MpdoMode::source;
+  config.forwarding.tpdos.push_back(std::move(tpdo));
+  config.forwarding.tpdos.push_back(std::move(mpdo));
+  config.mpdo_scanner.push_back(0x01'0000'03U | std::uint32_t{kIndex} << 8U);
+}
+
 }  // namespace
 
 // Properties of a line.
@@ -55,6 +84,8 @@ bool Scenario::startup_property(Words& words, const std::string& key, line::Line
     config.nmt_inhibit = words.duration();
   } else if (key == "mpdo") {
     give_own_mpdo(config);
+  } else if (key == "own-outputs") {
+    give_own_outputs(config);
   } else if (key == "own-value") {
     const od::Address address = words.address();
     config.own_values.push_back({address, words.hex()});

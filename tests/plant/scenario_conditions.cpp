@@ -179,11 +179,14 @@ std::function<bool()> Scenario::image_condition(Words& words, line::Line& line,
   return [look, value = words.number()] { return look().valid && look().value == value; };
 }
 
-// expect ours input ... | node N STATE | heard EVENT-NAME node=N
+// expect ours input ... | output ... | node N STATE | heard EVENT-NAME node=N
 std::function<bool()> Scenario::ours_condition(Words& words) {
   line::Line& line = ours();
   if (words.accept("input")) {
     return image_condition(words, line, Direction::inputs);
+  }
+  if (words.accept("output")) {
+    return image_condition(words, line, Direction::outputs);
   }
   if (words.accept("node")) {
     const std::uint8_t id = words.node();

@@ -92,9 +92,12 @@ class Scenario {
   void nmt_action(Words& words);
   void group_write(Words& words);
   void ours_action(Words& words);
+  bool ours_bus_action(const std::string& verb, Words& words);
+  void lose_frames_of_ours();
   void inject(Words& words);
   void set_disturbance();
   void bus_action(Words& words);
+  can::BusEvent connect(sim::Bus::Endpoint end, bool on);
   void acknowledge(bool on);
   std::function<bool()> condition(Words& words);
   std::function<bool()> event_condition(Words& words, std::vector<Event> LineSeat::*told);

@@ -410,6 +410,7 @@ void World::turn_line(LineSeat& seat) {
       seat.states->before_receive(frame);
       seat.silence.before_receive(frame);
       seat.answers->before_receive(frame);
+      seat.own_outputs->before_receive(frame);
       seat.outputs->look_at_sync(seat, now_);
       line.receive(std::span(&frame, 1), now_);
       seat.outputs->look_at_sync(seat, now_);
@@ -419,6 +420,7 @@ void World::turn_line(LineSeat& seat) {
   seat.outputs->look_at_sync(seat, now_);
   seat.answers->acknowledged(seat.bus.acknowledged(seat.end));
   seat.outputs->acknowledged(seat.bus.acknowledged(seat.end));
+  seat.own_outputs->acknowledged(seat.bus.acknowledged(seat.end));
   if (inputs_changed) {
     seat.idle_inputs.note(line);
   }
@@ -437,6 +439,7 @@ void World::turn_line(LineSeat& seat) {
       fail("silence: " + text);
     }
     seat.outputs->submitted(seat, frame, now_);
+    seat.own_outputs->submitted(frame);
     seat.answers->submitted(frame, now_);
     seat.states->sends(frame);
     seat.bus.submit(seat.end, frame, now_);
@@ -568,6 +571,9 @@ void World::collect(LineSeat& seat) {
   judge_replies(seat);
   if (std::string text = seat.answers->compare(seat.events, now_); !text.empty()) {
     fail("answers: " + text);
+  }
+  if (std::string text = seat.own_outputs->compare(now_); !text.empty()) {
+    fail("own outputs: " + text);
   }
 }
 

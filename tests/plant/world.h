@@ -31,6 +31,7 @@
 #include "tests/plant/image_model.h"
 #include "tests/plant/output_model.h"
 #include "tests/plant/own_answer_model.h"
+#include "tests/plant/own_output_model.h"
 #include "tests/plant/request_model.h"
 #include "tests/plant/silence_model.h"
 #include "tests/plant/state_model.h"
@@ -93,6 +94,7 @@ struct LineSeat {
   std::optional<ImageModel> model;
   std::optional<StateModel> states;
   std::optional<OutputModel> outputs;
+  std::optional<OwnOutputModel> own_outputs;
   std::optional<AnswerModel> answers;
   sim::Bus::Disturbance disturbance;
   SilenceModel silence;
