@@ -59,7 +59,7 @@ void OwnOutputs::written(std::uint32_t bit_offset, std::uint32_t bits, bool alwa
     if (!is_written || (transmitted_.is_scanned(i) && flying_.is_passive())) {
       continue;
     }
-    if (transmitted_.is_scanned(i) && (always || !transmitted_.is_transmitted(i))) {
+    if (always && transmitted_.is_scanned(i)) {
       node_.pdos().value_changed(address_of(i), now);
     }
     transmitted_.request(address_of(i), node_.pdos(), now);
@@ -114,6 +114,11 @@ void OwnOutputs::lose_bus() {
     node_.pdos().forget_transmission();
     transmitted_.lose_bus();
   }
+}
+
+void OwnOutputs::find_bus(Instant now) {
+  passive_ = flying_.is_passive();
+  transmitted_.find_bus(node_.pdos(), now, !passive_);
 }
 
 OutputWait OwnOutputs::reason_of(std::uint32_t entry, bool stuck) const {

@@ -41,7 +41,7 @@ class OwnOutputs final : public image::OutputListener {
   void mpdo_transmitted(od::Address source);
   // The bus was lost, or the network sleeps: nothing is transmitted until it is back.
   void lose_bus();
-  void find_bus(Instant now) { transmitted_.find_bus(node_.pdos(), now); }
+  void find_bus(Instant now);
 
   // Precondition of the following functions: the entry is one of these outputs.
   // See TransmittedOutputs.

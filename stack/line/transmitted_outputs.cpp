@@ -129,12 +129,14 @@ void TransmittedOutputs::lose_bus() {
   }
 }
 
-void TransmittedOutputs::find_bus(pdo::Engine& pdos, Instant now) {
+void TransmittedOutputs::find_bus(pdo::Engine& pdos, Instant now, bool with_mpdos) {
   if (!std::exchange(is_bus_lost_, false)) {
     return;
   }
   refresh();
-  request_mpdos(pdos, now);
+  if (with_mpdos) {
+    request_mpdos(pdos, now);
+  }
   std::uint16_t requested = 0;
   for (const Carried& carried : carried_) {
     if (carried.tpdo() != requested) {

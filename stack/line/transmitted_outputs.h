@@ -53,9 +53,9 @@ class TransmittedOutputs {
   void set_operational(bool operational);
   // Until the bus is back, nothing is transmitted.
   void lose_bus();
-  // Requests the TPDOs of the values that were not transmitted before or since. No effect if the
-  // bus was not lost.
-  void find_bus(pdo::Engine& pdos, Instant now);
+  // Requests the TPDOs of the values that were not transmitted before or since, and the MPDOs
+  // unless the caller does so later. No effect if the bus was not lost.
+  void find_bus(pdo::Engine& pdos, Instant now, bool with_mpdos = true);
 
   // What the entry waits for while the device is Operational. stuck: see Line::bus_is_stuck().
   // Precondition: it is known and not valid.

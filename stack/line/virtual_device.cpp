@@ -411,6 +411,10 @@ void VirtualDevice::apply_outputs(std::span<const std::uint32_t> entries, bool a
       copy_from_image(i);
     }
     transmitted_.written(i);
+    if (same && !always && transmitted_.is_scanned(i)) {
+      transmitted_.request(address, node_->pdos(), now);
+      continue;
+    }
     const bool is_new = !same || !transmitted_.is_transmitted(i);
     if (always || (is_new && (!io_ || io_->is_reported(address, before.value_or(0), value)))) {
       changed_.push_back(address);

@@ -175,6 +175,9 @@ void Engine::drop_mpdos(std::span<const od::Address> sources) {
       impl_->show_first_mpdo(pdo);
     }
   }
+  std::erase_if(impl_->mpdos_under_way, [&](const Impl::MpdoUnderWay& mpdo) {
+    return std::ranges::find(sources, source_of(mpdo.data)) != sources.end();
+  });
 }
 
 void Engine::Impl::next_mpdo(std::uint16_t slot, std::uint64_t number) {
@@ -193,7 +196,9 @@ void Engine::Impl::next_mpdo(std::uint16_t slot, std::uint64_t number) {
       std::ranges::find(mpdos_under_way, source_of(data),
                         [](const MpdoUnderWay& mpdo) { return source_of(mpdo.data); });
   if (older != mpdos_under_way.end()) {
-    *older = {data, number};
+    if (older->data != data) {  // otherwise the older frame suffices
+      *older = {data, number};
+    }
   } else {
     mpdos_under_way.push_back({data, number});
   }

@@ -818,6 +818,27 @@ TEST_F(FlyingMasterServiceTest, ADefaultThatAnMpdoCarriesIsSentByTheActiveMaster
   EXPECT_THAT(sent(), Not(Contains(StartsWith("1F1#"))));
 }
 
+TEST_F(FlyingMasterServiceTest, AnMpdoIsNotSentWhenTheBusOfAPassiveLineIsBack) {
+  LineConfig wanted = config();
+  wanted.own_objects = {flying_own_object(2, true)};
+  wanted.forwarding.tpdos = {flying_mpdo(101, 0x1F1, pdo::MpdoMode::source)};
+  wanted.mpdo_scanner = {0x01'2100'02};
+  wanted.defaults = {{.entry = 2, .value = 7}};
+  start(wanted);
+  follow_other();
+  pass(milliseconds(100));
+  can::BusEvent event{.kind = can::BusEvent::Kind::state, .state = can::BusState::bus_off};
+  event.time = now_;
+  line_->bus_event(event);
+  pass(milliseconds(10));
+  event.state = can::BusState::error_active;
+  event.time = now_;
+  line_->bus_event(event);
+  pass(milliseconds(100));
+  EXPECT_THAT(sent(), Not(Contains(StartsWith("1F1#"))));
+  EXPECT_FALSE(snapshot(image::Direction::outputs).is_valid(2));
+}
+
 TEST_F(FlyingMasterServiceTest, APdoThatWasRequestedIsNotRequestedAnyMore) {
   start(config());
   become_master();

@@ -177,6 +177,19 @@ TEST_F(OwnOutputsTest, AValueThatChangedMeanwhileWaits) {
   EXPECT_TRUE(valid(kOwnCount));
 }
 
+TEST_F(OwnOutputsTest, AWriterThatRepeatsAnUnchangedValueSendsOneMpdo) {
+  run();
+  write(kOwnScanned, 5);
+  EXPECT_THAT(hand_out(), ElementsAre(testing::StartsWith("3AB#")));
+  const std::uint64_t first = given_;
+  for (int i = 0; i < 5; ++i) {
+    write(kOwnScanned, 5);
+    EXPECT_THAT(hand_out(), IsEmpty());
+  }
+  line_->acknowledged(first, now_);
+  EXPECT_TRUE(valid(kOwnScanned));
+}
+
 TEST_F(OwnOutputsTest, ALostFrameIsSentAgain) {
   run();
   write(kOwnResult, 4);

@@ -159,6 +159,27 @@ TEST(TransmissionByMpdo, IsReportedWhenTheBusAcknowledgedTheNewestValue) {
   EXPECT_THAT(of.acknowledge(), IsEmpty());
 }
 
+TEST(TransmissionByMpdo, OfARepeatedValueIsReportedWithItsFirstFrame) {
+  FollowedMpdos of;
+  of.set(7);
+  of.hand_out();
+  of.set(7);
+  EXPECT_EQ(of.hand_out(), 1U);
+  of.device.engine->acknowledged(1);
+  EXPECT_THAT(of.reported, ElementsAre(0x2002));
+}
+
+TEST(TransmissionByMpdo, OfADroppedObjectIsNeitherReportedNorRepeated) {
+  FollowedMpdos of;
+  of.set(7);
+  of.hand_out();
+  const od::Address dropped{0x2002, 0};
+  of.device.engine->drop_mpdos({&dropped, 1});
+  of.device.engine->lost(of.number, of.number);
+  EXPECT_EQ(of.hand_out(), 0U);
+  EXPECT_THAT(of.acknowledge(), IsEmpty());
+}
+
 TEST(TransmissionByMpdo, IsReportedAtOnceWhereTheBusReportsNothing) {
   FollowedMpdos of;
   of.set(7);
