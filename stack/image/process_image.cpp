@@ -132,16 +132,12 @@ bool ProcessImage::write_entry(Direction direction, std::uint32_t entry,
     set_bit(s.known, entry, true);
     s.area.hot_.changed_in = s.area.hot_.generation;
   }
-  if (!is_sent(s, entry)) {
-    note_written_unsent(s, direction, entry);
-  } else if (changed) {
-    set_entry_valid(direction, entry, false);
-  }
-}
-
-void ProcessImage::note_written_unsent(Side& side, Direction direction, std::uint32_t entry) {
-  if (side.listener != nullptr && side.layout.entries[entry].local_pdo == 0) {
-    side.listener->output_written(entry);
+  if (is_sent(s, entry)) {
+    if (changed) {
+      set_entry_valid(direction, entry, false);
+    }
+  } else if (s.listener != nullptr && s.layout.entries[entry].local_pdo == 0) [[unlikely]] {
+    s.listener->output_written(entry);
   } else {
     set_entry_valid(direction, entry, true);
   }

@@ -177,7 +177,6 @@ class ProcessImage {
                              Function function);
   // The entry was written; changed: its value is different.
   void note_written(Direction direction, std::uint32_t entry, bool changed);
-  void note_written_unsent(Side& side, Direction direction, std::uint32_t entry);
   static void index_pieces(Side& side);
   static void restore_marks(Side& side, const Snapshot& into);
   static void copy_blocks(Side& side, Snapshot& into);

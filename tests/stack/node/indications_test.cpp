@@ -67,8 +67,9 @@ TEST_F(IndicationsTest, NmtAsksMayOperateFirstAndThenIsHeardAsStateAndOwnState) 
   hearing_.willing = true;
   nmt(0x01);
   nmt(0x02);
-  EXPECT_THAT(hearing_.heard,
-              ::testing::ElementsAre("may operate", "may operate", "state 5", "state 4"));
+  EXPECT_THAT(hearing_.heard, ::testing::ElementsAre("may operate", "may operate", "state 5",
+                                                     "state 5", "state 4", "state 4"))
+      << "as Application, then as MasterServices";
   EXPECT_THAT(own_states(), ::testing::ElementsAre(
                                 std::pair{nmt::State::operational, nmt::State::pre_operational},
                                 std::pair{nmt::State::stopped, nmt::State::operational}));
