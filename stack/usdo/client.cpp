@@ -206,11 +206,7 @@ sdo::Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue)
 
 void Client::aborted_by_server(const can::Frame& frame) {
   const AbortCode why = reason_of(frame);
-  const bool says_nothing =
-      command_of(frame) == Command::abort && why == to_abort_code(Code::cannot_transfer);
-  if (state_ == State::end && says_nothing) {
-    finish(AbortCode::timeout);  // of the server: the download may yet be carried out
-  } else if (is_loss(why) || (state_ == State::segment && why == to_abort_code(Code::session))) {
+  if (is_loss(why) || (state_ == State::segment && why == to_abort_code(Code::session))) {
     repeat_or_finish(why, true);  // without the session: it has given it up after a lost frame
   } else {
     finish(why, true);

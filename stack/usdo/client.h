@@ -45,8 +45,7 @@ class Client final : public sdo::TransferClient {
   // Of TransferOptions only `repeats` matters. A transfer is repeated if a frame was lost: after a
   // time-out, after an abort for a wrong segment counter, and if the server does not know the
   // session of a segment. A download is not if it may have taken effect: its end was sent, or its
-  // only frame with more than 4 bytes. After its end, an abort 60h is a time-out, which has no
-  // other code.
+  // only frame with more than 4 bytes.
   void read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue,
             sdo::TransferOptions options) override;
   void write(od::Address address, std::vector<std::byte> data, Duration timeout, Instant now,

@@ -426,9 +426,13 @@ void Server::advance(Instant now, can::TransmitQueue& queue) {
       const Route route{can::kSdoResponseBase + node_id_, session.client, session.number};
       const can::Frame abort =
           abort_frame(route, session.address, AbortCode::timeout, options_.abort_form);
+      const bool unknown =
+          session.awaited == Awaited::store && options_.abort_form == AbortForm::one_byte;
       ++counters_.aborts;
       drop(&session, AbortCode::timeout);
-      send(abort);
+      if (!unknown) {
+        send(abort);
+      }
     }
   }
   --calls_;

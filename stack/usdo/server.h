@@ -24,7 +24,8 @@ struct ServerOptions {
   AbortForm abort_form = AbortForm::one_byte;
   // A transfer without a frame for this long is aborted.
   Duration timeout = std::chrono::seconds(1);
-  // A hook without a result for this long is cancelled, and the transfer aborted.
+  // A hook without a result for this long is cancelled, and the transfer aborted. A value that the
+  // hook may yet store has no abort of one byte: 60h would state that it is not stored.
   Duration answer_timeout = std::chrono::seconds(10);
   // Largest value in bytes, except streams.
   std::size_t max_transfer = std::size_t{16} * 1024 * 1024;

@@ -213,16 +213,20 @@ TEST_F(UsdoClientTest, ASegmentThatTheServerDoesNotKnowIsALoss) {
   expect_abort(AbortCode::sdo_connection, true);
 }
 
-// The server has no other code for its time-out, at which the download may yet be carried out.
-TEST_F(UsdoClientTest, AnAbortWithoutAReasonAfterTheEndIsATimeOut) {
+// The server has not stored the value, whatever the reason is. While the result is unknown it sends
+// no abort.
+TEST_F(UsdoClientTest, AnAbortAfterAllOfADownloadIsARefusal) {
   write(kDomain, pattern(57), {.repeats = 1});
   answer({1, 0x22, 1, 0, 0, 0x21});
   EXPECT_EQ(answer({1, 0x7F, 1, 0, 0, 0x21, 0x60}), Bytes{});
-  expect_abort(AbortCode::timeout);
+  expect_abort(AbortCode::cannot_transfer, true);
   write(kDomain, pattern(57));
   answer({1, 0x22, 2, 0, 0, 0x21});
   EXPECT_EQ(answer({1, 0x7F, 2, 0, 0, 0x21, 0x36}), Bytes{});
   expect_abort(AbortCode::length_mismatch, true);
+  write({0x2000, 1}, pattern(1), {.repeats = 1});
+  EXPECT_EQ(answer({1, 0x7F, 3, 1, 0, 0x20, 0x60}), Bytes{});
+  expect_abort(AbortCode::cannot_transfer, true);
 }
 
 TEST_F(UsdoClientTest, AnExpeditedDownloadOfMoreThan4BytesIsNotRepeatedOnceItWasSent) {

@@ -372,6 +372,27 @@ TEST_F(UsdoLaterTest, AHookThatNeverAnswersIsGivenUp) {
   EXPECT_EQ(hook.cancels, hook.tickets);
 }
 
+// 60h would state that the value is not stored. The time-out of the client states that it may be.
+TEST_F(UsdoLaterTest, AWriteWithAnUnknownResultIsNotAborted) {
+  EXPECT_EQ(ask({5, 0x01, 1, 1, 0, 0x20, 5, 1, 0x77}), Bytes{});
+  EXPECT_EQ(ask({5, 0x02, 2, 5, 0, 0x20, 0x1B, 0, 8, 0, 0, 0}).at(1), 0x22);
+  EXPECT_EQ(ask({5, 0x04, 2, 8, 9, 9, 9, 9, 9, 9, 9, 9}), Bytes{});
+  EXPECT_EQ(wait(10s), std::vector<Bytes>{});
+  EXPECT_EQ(hook.cancels.size(), 2U);
+  EXPECT_EQ(server.sessions(), 0U);
+  EXPECT_EQ(server.counters().aborts, 2U);
+}
+
+// It has a code for a time-out.
+TEST_F(UsdoLaterTest, AWriteWithAnUnknownResultIsATimeOutInTheOtherForm) {
+  Server other(dictionary, 5, events, {.abort_form = AbortForm::four_bytes});
+  other.receive(fd_frame(kRequestId, {5, 0x01, 1, 1, 0, 0x20, 5, 1, 0x77}, now), queue);
+  now += 10s;
+  other.advance(now, queue);
+  EXPECT_EQ(drain_fd(queue, kResponseId),
+            (std::vector<Bytes>{padded({1, 0x80, 1, 1, 0, 0x20, 0, 0, 0x04, 0x05})}));
+}
+
 TEST_F(UsdoLaterTest, AnAbortOfTheClientAndASegmentEndTheWaiting) {
   EXPECT_EQ(ask({5, 0x11, 1, 1, 0, 0x20}), Bytes{});
   EXPECT_EQ(ask({5, 0x7F, 1, 1, 0, 0x20, 0x60}), Bytes{});
