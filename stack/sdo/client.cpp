@@ -314,10 +314,10 @@ AbortCode Client::start_sink(std::optional<std::uint32_t> announced) {
     sink_.start(announced, *into_);
     return AbortCode::none;
   }
-  if (announced && *announced > kMaxUpload) {
+  if (announced && *announced > options_.longest) {
     return AbortCode::out_of_memory;
   }
-  sink_.start(announced, kMaxUpload, AbortCode::out_of_memory);
+  sink_.start(announced, options_.longest, AbortCode::out_of_memory);
   return AbortCode::none;
 }
 

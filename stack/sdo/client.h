@@ -25,8 +25,6 @@ namespace linegate::sdo {
 
 class Client final : public TransferClient {
  public:
-  // Longer uploads are aborted with 0504 0005h, except uploads into a stream.
-  static constexpr std::size_t kMaxUpload = std::size_t{16} * 1024 * 1024;
   static constexpr std::uint8_t kSwitchThreshold = 21;  // pst of a block read, in bytes
 
   // request: identifier from client to server. The owner of the dispatch table passes the

@@ -41,6 +41,9 @@ struct TransferOptions {
   // repeated: it may have taken effect.
   unsigned repeats = 0;
   std::uint32_t block_from = 128;  // bytes, see Transfer::automatic; kNoBlocks: never
+  // Bytes of an uploaded value. A longer one is aborted (0504 0005h), as soon as its size is
+  // indicated or its first byte too many arrives. Uploads into a stream have no limit.
+  std::uint32_t longest = 16 * 1024 * 1024;
 };
 
 // The result of a transfer.

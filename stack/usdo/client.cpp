@@ -259,11 +259,11 @@ void Client::upload_initiated(const can::Frame& frame) {
   const std::optional<std::uint32_t> announced = size != 0 ? std::optional(size) : std::nullopt;
   if (into_ != nullptr) {
     sink_.start(announced, *into_);
-  } else if (size > kMaxUpload) {
+  } else if (size > options_.longest) {
     give_up(AbortCode::out_of_memory);
     return;
   } else {
-    sink_.start(announced, kMaxUpload, AbortCode::out_of_memory);
+    sink_.start(announced, options_.longest, AbortCode::out_of_memory);
   }
   if (expedited) {
     bytes_came(frame, true);

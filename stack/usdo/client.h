@@ -28,8 +28,6 @@ od::DataType type_of_length(std::size_t bytes);
 
 class Client final : public sdo::TransferClient {
  public:
-  // Longer uploads are aborted, except uploads into a stream.
-  static constexpr std::size_t kMaxUpload = std::size_t{16} * 1024 * 1024;
   // Interval of checks whether frames of an earlier transfer are still under way.
   static constexpr Duration kLookAgain = std::chrono::milliseconds(10);
 
@@ -42,10 +40,10 @@ class Client final : public sdo::TransferClient {
   // request to each server that is not awaited any more.
   void follow(const sdo::RequestsUnderWay& under_way) { under_way_ = &under_way; }
 
-  // Of TransferOptions only `repeats` matters. A transfer is repeated if a frame was lost: after a
-  // time-out, after an abort for a wrong segment counter, and if the server does not know the
-  // session of a segment. A download is not if it may have taken effect: its end was sent, or its
-  // only frame with more than 4 bytes.
+  // Of TransferOptions only `repeats` and `longest` matter. A transfer is repeated if a frame was
+  // lost: after a time-out, after an abort for a wrong segment counter, and if the server does not
+  // know the session of a segment. A download is not if it may have taken effect: its end was sent,
+  // or its only frame with more than 4 bytes.
   void read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue,
             sdo::TransferOptions options) override;
   void write(od::Address address, std::vector<std::byte> data, Duration timeout, Instant now,

@@ -229,6 +229,19 @@ TEST_F(UsdoClientTest, AnAbortAfterAllOfADownloadIsARefusal) {
   expect_abort(AbortCode::cannot_transfer, true);
 }
 
+TEST_F(UsdoClientTest, AReadIsAbortedAsSoonAsItIsLongerThanPermitted) {
+  read(kDomain, {.longest = 120});
+  EXPECT_EQ(answer({1, 0x32, 1, 0, 0, 0x21, 0x0F, 0, 121, 0, 0, 0}),
+            (Bytes{5, 0x7F, 1, 0, 0, 0x21, 0x60}));
+  expect_abort(AbortCode::out_of_memory);
+  read(kDomain, {.longest = 60});  // without a size
+  EXPECT_EQ(answer({1, 0x32, 2, 0, 0, 0x21, 0x0F, 0, 0, 0, 0, 0}), (Bytes{5, 0x13, 2, 0}));
+  EXPECT_EQ(answer(padded({1, 0x33, 2, 0}, numbers_from(0, 60))), (Bytes{5, 0x13, 2, 1}));
+  EXPECT_EQ(answer(padded({1, 0x33, 2, 1}, numbers_from(60, 60))),
+            (Bytes{5, 0x7F, 2, 0, 0, 0x21, 0x60}));
+  expect_abort(AbortCode::out_of_memory);
+}
+
 TEST_F(UsdoClientTest, AnExpeditedDownloadOfMoreThan4BytesIsNotRepeatedOnceItWasSent) {
   write({0x2000, 5}, pattern(5), {.repeats = 1});
   now += kTimeout;
