@@ -7,20 +7,16 @@
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 #include "stack/routing/access.h"
+#include "stack/routing/passage_times.h"
 
 namespace linegate::routing {
 namespace {
 
-// The time-outs of the client are restarted so often while it waits.
-constexpr int kRestartsInTimeout = 4;
-constexpr Duration kLeastRestart = std::chrono::milliseconds(1);
 constexpr Duration kMostRestart = std::chrono::milliseconds(50);
 
 }  // namespace
 
 struct GatewayEgress::Passage final : ValueServer::Target {
-  enum class State : std::uint8_t { free, open };
-
   Passage(GatewayEgress& egress, EventLog& events, Duration frame_timeout)
       : owner(egress), server(*this, events, frame_timeout) {}
 
@@ -35,7 +31,7 @@ struct GatewayEgress::Passage final : ValueServer::Target {
   void withdrawn() override { owner.withdraw(*this); }
 
   GatewayEgress& owner;
-  State state = State::free;
+  bool is_open = false;
   std::uint8_t interface = 0;
   std::uint8_t to = 0;  // interface of the ingress
   std::uint8_t node = 0;
@@ -51,8 +47,7 @@ struct GatewayEgress::Passage final : ValueServer::Target {
   od::Address asked;
   bool write = false;
   bool handed_out = false;
-  Instant deadline = kNever;  // of the request, or of the next frame
-  Instant restart_at = kNever;
+  PassageTimes times;
 };
 
 GatewayEgress::GatewayEgress(const Config& config, Duration sdo_timeout, Post& post,
@@ -69,8 +64,7 @@ GatewayEgress::~GatewayEgress() = default;
 GatewayEgress::Passage* GatewayEgress::find(std::uint8_t interface,
                                             std::uint32_t connection) const {
   for (const auto& each : passages_) {
-    if (each->state == Passage::State::open && each->connection == connection &&
-        each->interface == interface) {
+    if (each->is_open && each->connection == connection && each->interface == interface) {
       return each.get();
     }
   }
@@ -116,8 +110,8 @@ AbortCode GatewayEgress::refusal_of(const Message& message, const GatewayWay* wa
   std::size_t open = 0;
   std::size_t of_client = 0;
   for (const auto& each : passages_) {
-    open += each->state == Passage::State::open ? 1U : 0U;
-    of_client += each->state == Passage::State::open && each->client == client ? 1U : 0U;
+    open += each->is_open ? 1U : 0U;
+    of_client += each->is_open && each->client == client ? 1U : 0U;
   }
   const bool is_crowded = client != 0 && of_client >= kMostOfOneClient;
   return open >= kMost || is_crowded ? AbortCode::out_of_memory : AbortCode::none;
@@ -136,23 +130,22 @@ void GatewayEgress::open(const Message& message, Instant now) {
   Passage& made = make(message);
   made.way = std::move(way);
   // A fallback in case the ingress, which has the arm timer, no longer exists.
-  made.deadline = now + config_.arm_timeout + frame_timeout();
-  wake_ = earlier(wake_, wake_of(made));
+  made.times.deadline = now + config_.arm_timeout + client_timeout();
+  wake_ = earlier(wake_, made.times.wake(made.server));
   (void)post_.send_from(made.interface,
                         to_connection(MessageKind::sdo_opened, made.to, made.connection, 0));
 }
 
 GatewayEgress::Passage& GatewayEgress::make(const Message& open) {
-  auto place = std::ranges::find_if(
-      passages_, [](const auto& each) { return each->state == Passage::State::free; });
+  auto place = std::ranges::find_if(passages_, [](const auto& each) { return !each->is_open; });
   if (place == passages_.end()) {
     passages_.emplace_back();
     place = passages_.end() - 1;
   }
   // Nothing remains of the connection before, such as segments that its server expects.
-  *place = std::make_unique<Passage>(*this, events_, frame_timeout());
+  *place = std::make_unique<Passage>(*this, events_, client_timeout());
   Passage& made = **place;
-  made.state = Passage::State::open;
+  made.is_open = true;
   made.interface = open.to;
   made.to = open.from;
   made.node = open.node;
@@ -169,29 +162,29 @@ GatewayEgress::Passage& GatewayEgress::make(const Message& open) {
 void GatewayEgress::request(Passage& passage, std::uint64_t word, Instant now) {
   const SdoPhase::End end = passage.server.request(word, now);
   if (passage.number == 0) {
-    passage.deadline = now + frame_timeout();
+    passage.times.deadline = now + client_timeout();
   }
-  pump(passage, now);
-  if (end != SdoPhase::End::none && passage.state == Passage::State::open) {
+  pump(passage);
+  if (end != SdoPhase::End::none && passage.is_open) {
     release(passage);
   }
 }
 
-void GatewayEgress::pump(Passage& passage, Instant now) {
-  while (passage.state == Passage::State::open) {
+void GatewayEgress::pump(Passage& passage) {
+  while (passage.is_open) {
     const auto answer = passage.server.pop();
     if (!answer) {
-      wake_ = earlier(wake_, wake_of(passage));
+      wake_ = earlier(wake_, passage.times.wake(passage.server));
       return;
     }
-    respond(passage, *answer, now);
+    respond(passage, *answer);
   }
 }
 
-void GatewayEgress::respond(Passage& passage, ValueServer::Answer answer, Instant now) {
+void GatewayEgress::respond(Passage& passage, ValueServer::Answer answer) {
   if (!post_.send_from(passage.interface, to_connection(MessageKind::sdo_response, passage.to,
                                                         passage.connection, answer.word))) {
-    break_down(passage, AbortCode::out_of_memory, now);
+    break_down(passage, AbortCode::out_of_memory);
   } else if (answer.end != SdoPhase::End::none) {
     release(passage);
   }
@@ -206,18 +199,18 @@ void GatewayEgress::ask(Passage& passage, od::Address address, bool write,
   passage.asked = address;
   passage.write = write;
   passage.handed_out = false;
-  passage.deadline = now_ + passage.way->timeout;
-  passage.restart_at = now_ + restart_period();
+  const Duration period = restart_period(client_timeout(), kMostRestart);
+  passage.times.begin_request(now_ + passage.way->timeout, now_ + period);
   outbox_.push_back({.number = passage.number,
                      .way = passage.way,
-                     .deadline = passage.deadline,
+                     .deadline = passage.times.deadline,
                      .network = passage.network,
                      .node = passage.node,
                      .hops = passage.hops,
                      .address = address,
                      .write = write,
                      .data = std::move(data)});
-  wake_ = earlier(wake_, wake_of(passage));
+  wake_ = earlier(wake_, passage.times.wake(passage.server));
 }
 
 bool GatewayEgress::pop(GatewayRequest& out) {
@@ -243,7 +236,7 @@ void GatewayEgress::withdraw(Passage& passage) {
   } else {
     std::erase_if(outbox_, [&](const GatewayRequest& each) { return each.number == number; });
   }
-  passage.restart_at = kNever;
+  passage.times.restart_at = kNever;
 }
 
 void GatewayEgress::answer(GatewayAnswer answer, Instant now) {
@@ -264,10 +257,9 @@ void GatewayEgress::answer(GatewayAnswer answer, Instant now) {
 // The access that waits has a result.
 void GatewayEgress::finish(Passage& passage, AbortCode why, std::span<const std::byte> value,
                            Instant now) {
-  passage.restart_at = kNever;
-  passage.deadline = now + frame_timeout();
+  passage.times.end_request(now + client_timeout());
   passage.server.finish(why, value, now);
-  pump(passage, now);
+  pump(passage);
 }
 
 void GatewayEgress::report_unknown(const Passage& passage, Instant now) {
@@ -285,7 +277,7 @@ void GatewayEgress::report_unknown(const Passage& passage, Instant now) {
 
 // --- the end ------------------------------------------------------------------------------------
 
-void GatewayEgress::break_down(Passage& passage, AbortCode why, Instant /*now*/) {
+void GatewayEgress::break_down(Passage& passage, AbortCode why) {
   (void)post_.send_from(passage.interface,
                         to_connection(MessageKind::sdo_refused, passage.to, passage.connection,
                                       static_cast<std::uint32_t>(why)));
@@ -295,80 +287,52 @@ void GatewayEgress::break_down(Passage& passage, AbortCode why, Instant /*now*/)
 void GatewayEgress::release(Passage& passage) {
   passage.server.reset();  // withdraws the request under way
   LINEGATE_ASSERT(passage.number == 0, "no request without a connection");
-  passage.state = Passage::State::free;
+  passage.is_open = false;
   passage.way = nullptr;
-  passage.deadline = kNever;
-  passage.restart_at = kNever;
+  passage.times = {};
 }
 
 void GatewayEgress::stop(Instant now) {
   now_ = now;
   for (const auto& each : passages_) {
-    if (each->state == Passage::State::open && each->number != 0) {
-      expire(*each, now);
+    if (each->is_open && each->number != 0) {
+      expire(*each);
     }
-    if (each->state == Passage::State::open) {
-      break_down(*each, AbortCode::device_state, now);
+    if (each->is_open) {
+      break_down(*each, AbortCode::device_state);
     }
   }
 }
 
 // --- time ---------------------------------------------------------------------------------------
 
-Duration GatewayEgress::frame_timeout() const {
-  return config_.frame_timeout > Duration::zero() ? config_.frame_timeout : 2 * sdo_timeout_;
-}
-
-// Between two messages that restart the time-outs of the client.
-Duration GatewayEgress::restart_period() const {
-  return std::clamp<Duration>(frame_timeout() / kRestartsInTimeout, kLeastRestart, kMostRestart);
-}
-
-Instant GatewayEgress::wake_of(const Passage& passage) const {
-  return earlier(earlier(passage.deadline, passage.restart_at), passage.server.next_wake());
+Duration GatewayEgress::client_timeout() const {
+  return client_frame_timeout(config_, sdo_timeout_);
 }
 
 void GatewayEgress::advance(Instant now) {
   now_ = now;
-  if (now < wake_) {
-    return;
-  }
-  wake_ = kNever;
-  for (const auto& each : passages_) {
-    Passage& passage = *each;
-    if (passage.state != Passage::State::open) {
-      continue;
-    }
-    if (now >= passage.restart_at) {
-      keep_waiting(passage, now);
-    }
-    if (now >= passage.server.next_wake()) {
-      passage.server.advance(now);
-      pump(passage, now);
-    }
-    if (passage.state == Passage::State::open && now >= passage.deadline) {
-      expire(passage, now);
-    }
-    if (passage.state == Passage::State::open) {
-      wake_ = earlier(wake_, wake_of(passage));
-    }
+  if (now >= wake_) {
+    wake_ = kNever;
+    const Instant next = advance_passages(passages_, *this, now);
+    wake_ = earlier(wake_, next);
   }
 }
 
 // No response is due while the other gateway carries out the request.
-void GatewayEgress::keep_waiting(Passage& passage, Instant now) {
-  passage.restart_at = now + restart_period();
+void GatewayEgress::keep_waiting(Passage& passage) {
+  passage.times.restart_at = now_ + restart_period(client_timeout(), kMostRestart);
   (void)post_.send_from(passage.interface,
                         to_connection(MessageKind::sdo_paced, passage.to, passage.connection, 0));
 }
 
-void GatewayEgress::expire(Passage& passage, Instant now) {
+void GatewayEgress::expire(Passage& passage) {
   if (passage.number == 0) {
-    break_down(passage, AbortCode::timeout, now);
+    break_down(passage, AbortCode::timeout);
     return;
   }
   withdraw(passage);
-  finish(passage, AbortCode::timeout, {}, now);
+  finish(passage, AbortCode::timeout, {}, now_);
 }
 
 }  // namespace linegate::routing

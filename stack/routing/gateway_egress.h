@@ -60,6 +60,8 @@ class GatewayEgress {
 
  private:
   struct Passage;
+  template <class Passages, class Egress>
+  friend Instant advance_passages(const Passages& passages, Egress& egress, Instant now);
 
   Passage* find(std::uint8_t interface, std::uint32_t connection) const;
   Passage* find(std::uint64_t number) const;
@@ -67,21 +69,20 @@ class GatewayEgress {
   AbortCode refusal_of(const Message& message, const GatewayWay* way) const;
   Passage& make(const Message& open);
   void request(Passage& passage, std::uint64_t word, Instant now);
-  void pump(Passage& passage, Instant now);
-  void respond(Passage& passage, ValueServer::Answer answer, Instant now);
+  void pump(Passage& passage);
+  void respond(Passage& passage, ValueServer::Answer answer);
   // A transfer of the passage is to be carried out by the other gateway.
   void ask(Passage& passage, od::Address address, bool write, std::vector<std::byte> data);
   // The request under way needs no answer any more.
   void withdraw(Passage& passage);
   void finish(Passage& passage, AbortCode why, std::span<const std::byte> value, Instant now);
   void report_unknown(const Passage& passage, Instant now);
-  void break_down(Passage& passage, AbortCode why, Instant now);
+  void break_down(Passage& passage, AbortCode why);
   void release(Passage& passage);
-  void expire(Passage& passage, Instant now);
-  void keep_waiting(Passage& passage, Instant now);
-  Instant wake_of(const Passage& passage) const;
-  Duration frame_timeout() const;
-  Duration restart_period() const;
+  // See advance_passages().
+  void keep_waiting(Passage& passage);
+  void expire(Passage& passage);
+  Duration client_timeout() const;
 
   const Config& config_;
   const Duration sdo_timeout_;

@@ -7,16 +7,14 @@
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 #include "stack/routing/access.h"
+#include "stack/routing/passage_times.h"
 #include "stack/routing/sdo_ingress.h"
 
 namespace linegate::routing {
 namespace {
 
-// The time-outs of the client are restarted so often while it waits.
-constexpr int kUsdoRestartsInTimeout = 4;
-constexpr Duration kLeastUsdoRestart = std::chrono::milliseconds(1);
 constexpr Duration kMostUsdoRestart =
-    std::chrono::milliseconds(5);  // those of its line may be short
+    std::chrono::milliseconds(5);  // the time-outs of the line of the client may be short
 
 }  // namespace
 
@@ -43,8 +41,7 @@ struct UsdoEgress::Passage final : ValueServer::Target {
   std::uint64_t number = 0;  // of the request to the arbiter; 0 = none is under way
   od::Address asked;         // its object
   bool writes = false;
-  Instant deadline = kNever;  // for the arbiter to begin the request, or for the next frame
-  Instant restart_at = kNever;
+  PassageTimes times;  // deadline: for the arbiter to begin the request
 };
 
 UsdoEgress::UsdoEgress(const Config& config, Line line, sdo::Arbiter& arbiter, Post& post,
@@ -129,8 +126,8 @@ void UsdoEgress::open(const Message& message, Instant now) {
   Passage& made = make(message);
   made.permitted = permitted;
   // A fallback in case the ingress, which has the arm timer, no longer exists.
-  made.deadline = now + config_.arm_timeout + frame_timeout();
-  wake_ = earlier(wake_, wake_of(made));
+  made.times.deadline = now + config_.arm_timeout + client_timeout();
+  wake_ = earlier(wake_, made.times.wake(made.server));
   (void)post_.send(to_connection(MessageKind::sdo_opened, made.from, made.connection, 0));
 }
 
@@ -141,7 +138,7 @@ UsdoEgress::Passage& UsdoEgress::make(const Message& open) {
     place = passages_.end() - 1;
   }
   // Nothing remains of the connection before, such as segments that its server expects.
-  *place = std::make_unique<Passage>(*this, events_, frame_timeout());
+  *place = std::make_unique<Passage>(*this, events_, client_timeout());
   Passage& made = **place;
   made.is_open = true;
   made.from = open.from;
@@ -168,7 +165,7 @@ void UsdoEgress::request(Passage& passage, std::uint64_t word, Instant now) {
     end = passage.server.request(word, now);
   }
   if (passage.number == 0) {
-    passage.deadline = now + frame_timeout();
+    passage.times.deadline = now + client_timeout();
   }
   pump(passage);
   if (end != SdoPhase::End::none && passage.is_open) {
@@ -180,7 +177,7 @@ void UsdoEgress::pump(Passage& passage) {
   while (passage.is_open) {
     const auto answer = passage.server.pop();
     if (!answer) {
-      wake_ = earlier(wake_, wake_of(passage));
+      wake_ = earlier(wake_, passage.times.wake(passage.server));
       return;
     }
     if (!post_.send(to_connection(MessageKind::sdo_response, passage.from, passage.connection,
@@ -226,11 +223,10 @@ AbortCode UsdoEgress::ask(Passage& passage, od::Address address, bool write,
     return AbortCode::sdo_connection;
   }
   passage.number = ++numbers_;
-  passage.deadline = now_ + channel_wait(config_, line_.sdo_timeout);
+  passage.times.begin_request(now_ + channel_wait(config_, line_.sdo_timeout), now_);
   passage.asked = address;
   passage.writes = write;
-  passage.restart_at = now_;
-  wake_ = earlier(wake_, wake_of(passage));
+  wake_ = earlier(wake_, passage.times.wake(passage.server));
   return AbortCode::none;
 }
 
@@ -239,7 +235,7 @@ void UsdoEgress::withdraw(Passage& passage) {
     report_unknown(passage);
     arbiter_.cancel(*this, passage.node, std::exchange(passage.number, 0));
   }
-  passage.restart_at = kNever;
+  passage.times.restart_at = kNever;
 }
 
 // Nobody will see whether the device has written the value.
@@ -268,8 +264,7 @@ void UsdoEgress::completed(sdo::Completion& completion, Instant now) {
 
 void UsdoEgress::finish(Passage& passage, AbortCode why, std::span<const std::byte> value,
                         Instant now) {
-  passage.restart_at = kNever;
-  passage.deadline = now + frame_timeout();
+  passage.times.end_request(now + client_timeout());
   passage.server.finish(why, value, now);
   pump(passage);
 }
@@ -286,8 +281,7 @@ void UsdoEgress::release(Passage& passage) {
   passage.server.reset();  // withdraws the request under way
   LINEGATE_ASSERT(passage.number == 0, "no request without a connection");
   passage.is_open = false;
-  passage.deadline = kNever;
-  passage.restart_at = kNever;
+  passage.times = {};
   --counters_.channels;
 }
 
@@ -307,64 +301,36 @@ void UsdoEgress::stop(Instant now) {
 
 // --- time ---------------------------------------------------------------------------------------
 
-Duration UsdoEgress::frame_timeout() const {
-  return config_.frame_timeout > Duration::zero() ? config_.frame_timeout : 2 * line_.sdo_timeout;
-}
-
-// Between two messages that restart the time-outs of the client.
-Duration UsdoEgress::restart_period() const {
-  return std::clamp<Duration>(frame_timeout() / kUsdoRestartsInTimeout, kLeastUsdoRestart,
-                              kMostUsdoRestart);
-}
-
-Instant UsdoEgress::wake_of(const Passage& passage) const {
-  return earlier(earlier(passage.deadline, passage.restart_at), passage.server.next_wake());
+Duration UsdoEgress::client_timeout() const {
+  return client_frame_timeout(config_, line_.sdo_timeout);
 }
 
 void UsdoEgress::advance(Instant now) {
   now_ = now;
-  if (now < wake_) {
-    return;
-  }
-  wake_ = kNever;
-  for (const auto& each : passages_) {
-    Passage& passage = *each;
-    if (!passage.is_open) {
-      continue;
-    }
-    if (now >= passage.restart_at) {
-      keep_waiting(passage, now);
-    }
-    if (now >= passage.server.next_wake()) {
-      passage.server.advance(now);
-      pump(passage);
-    }
-    if (passage.is_open && now >= passage.deadline) {
-      look_at_request(passage, now);
-    }
-    if (passage.is_open) {
-      wake_ = earlier(wake_, wake_of(passage));
-    }
+  if (now >= wake_) {
+    wake_ = kNever;
+    const Instant next = advance_passages(passages_, *this, now);
+    wake_ = earlier(wake_, next);
   }
 }
 
 // No response is due while the device, or the arbiter, has the request.
-void UsdoEgress::keep_waiting(Passage& passage, Instant now) {
-  passage.restart_at = now + restart_period();
+void UsdoEgress::keep_waiting(Passage& passage) {
+  passage.times.restart_at = now_ + restart_period(client_timeout(), kMostUsdoRestart);
   (void)post_.send(to_connection(MessageKind::sdo_paced, passage.from, passage.connection, 0));
 }
 
 // A transfer that has begun ends by itself: the time-out of the arbiter is for each answer.
-void UsdoEgress::look_at_request(Passage& passage, Instant now) {
+void UsdoEgress::expire(Passage& passage) {
   if (passage.number == 0) {
     break_down(passage, AbortCode::timeout);
   } else if (!arbiter_.permits(passage.client)) {
-    passage.deadline = now + channel_wait(config_, line_.sdo_timeout);
+    passage.times.deadline = now_ + channel_wait(config_, line_.sdo_timeout);
   } else if (arbiter_.withdraw(*this, passage.node, passage.number)) {
     passage.number = 0;
-    finish(passage, AbortCode::sdo_connection, {}, now);
+    finish(passage, AbortCode::sdo_connection, {}, now_);
   } else {
-    passage.deadline = kNever;
+    passage.times.deadline = kNever;
   }
 }
 

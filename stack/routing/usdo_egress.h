@@ -66,6 +66,8 @@ class UsdoEgress final : public sdo::TransferOwner {
 
  private:
   struct Passage;
+  template <class Passages, class Egress>
+  friend Instant advance_passages(const Passages& passages, Egress& egress, Instant now);
 
   Passage* find(std::uint8_t from, std::uint32_t connection) const;
   void open(const Message& message, Instant now);
@@ -80,11 +82,10 @@ class UsdoEgress final : public sdo::TransferOwner {
   void pump(Passage& passage);
   void break_down(Passage& passage, AbortCode why);
   void release(Passage& passage);
-  void look_at_request(Passage& passage, Instant now);
-  void keep_waiting(Passage& passage, Instant now);
-  Instant wake_of(const Passage& passage) const;
-  Duration frame_timeout() const;
-  Duration restart_period() const;
+  // See advance_passages().
+  void keep_waiting(Passage& passage);
+  void expire(Passage& passage);
+  Duration client_timeout() const;
 
   const Config& config_;
   const Line line_;
