@@ -1,10 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/line/routing.h"
 
+#include <algorithm>
+
 #include "stack/base/assert.h"
+#include "stack/od/data_type.h"
 #include "stack/od/objects.h"
 
 namespace linegate::line {
+namespace {
+
+// Bytes of the value of an object in the device file of the node; 0 = unknown, or of any length.
+std::size_t described_size(const LineConfig& config, std::uint8_t node, od::Address address) {
+  const auto found = std::ranges::find(config.nodes, node, &NodeConfig::id);
+  const od::VariableDescription* const variable =
+      found != config.nodes.end() ? found->device.find(address) : nullptr;
+  return variable != nullptr ? od::byte_size(variable->type) : 0;
+}
+
+}  // namespace
 
 class Routing::ServerSide final : public routing::ClientSide {
  public:
@@ -42,8 +56,14 @@ Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbit
   exit_.set_write_rule(rule);
   if (config.canopen_fd) {
     usdo_exit_ = std::make_unique<routing::UsdoEgress>(
-        config.routing, routing::UsdoEgress::Line{config.node_id, config.sdo_timeout}, arbiter,
-        post_, events, counters);
+        config.routing,
+        routing::UsdoEgress::Line{.node = config.node_id,
+                                  .sdo_timeout = config.sdo_timeout,
+                                  .size_of =
+                                      [&config](std::uint8_t id, od::Address address) {
+                                        return described_size(config, id, address);
+                                      }},
+        arbiter, post_, events, counters);
     usdo_exit_->set_write_rule(rule);
   }
   tables_changed();

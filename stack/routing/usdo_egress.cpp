@@ -25,6 +25,9 @@ struct UsdoEgress::Passage final : ValueServer::Target {
   AbortCode ask(od::Address address, bool write, std::span<const std::byte> value) override {
     return owner.ask(*this, address, write, value);
   }
+  std::size_t size_of(od::Address address) const override {
+    return owner.line_.size_of ? owner.line_.size_of(node, address) : 0;
+  }
   void withdrawn() override { owner.withdraw(*this); }
   Indication target() const { return {.network = network, .node = node}; }
 
@@ -47,7 +50,7 @@ struct UsdoEgress::Passage final : ValueServer::Target {
 UsdoEgress::UsdoEgress(const Config& config, Line line, sdo::Arbiter& arbiter, Post& post,
                        EventLog& events, Counters& counters)
     : config_(config),
-      line_(line),
+      line_(std::move(line)),
       arbiter_(arbiter),
       post_(post),
       events_(events),
@@ -217,7 +220,8 @@ AbortCode UsdoEgress::ask(Passage& passage, od::Address address, bool write,
                                       .data = {value.begin(), value.end()},
                                       .timeout = line_.sdo_timeout,
                                       .priority = sdo::Priority::routing,
-                                      .client = passage.client},
+                                      .client = passage.client,
+                                      .options = {.longest = ValueServer::kLongest}},
                                      now_);
   if (!taken) {
     return AbortCode::sdo_connection;

@@ -19,6 +19,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -41,6 +42,9 @@ class UsdoEgress final : public sdo::TransferOwner {
   struct Line {
     std::uint8_t node = 0;  // the own node-ID
     Duration sdo_timeout{};
+    // Bytes of the value of an object of a device, 0 = unknown; for expedited downloads that do not
+    // indicate their size. Empty: of no object.
+    std::function<std::size_t(std::uint8_t node, od::Address address)> size_of{};
   };
 
   // The clients of arbiter are those of USDO. All references must outlive this object.

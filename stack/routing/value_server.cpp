@@ -42,7 +42,8 @@ SdoPhase::End ValueServer::request(std::uint64_t word, Instant now) {
   if (waits() && word == begun_) {  // the bus doubled the frame: its answer is due
     return SdoPhase::End::none;
   }
-  if (begins(word)) {
+  const bool begun = begins(word);
+  if (begun) {
     begun_ = word;
     if (const AbortCode why = prepare(sdo::multiplexer(word)); why != AbortCode::none) {
       refuse(word, why);
@@ -53,9 +54,23 @@ SdoPhase::End ValueServer::request(std::uint64_t word, Instant now) {
   can::Frame frame;
   frame.length = sdo::kFrameSize;
   frame.time = now;
-  store_le(frame.data.data(), word);
+  store_le(frame.data.data(), begun ? with_size(word) : word);
   server_.receive(frame, queue_);
   return end;
+}
+
+// An expedited download that does not indicate its size (CiA 301 7.2.4.3.3) has that of the object:
+// a USDO server receives the number of bytes. An unknown size is 4 bytes.
+std::uint64_t ValueServer::with_size(std::uint64_t word) const {
+  constexpr std::uint64_t kUnsized = 0x22;
+  constexpr std::uint64_t kSpecifierAndFlags = 0xE3;
+  const std::size_t size =
+      (word & kSpecifierAndFlags) == kUnsized ? target_.size_of(sdo::multiplexer(word)) : 0;
+  if (size == 0 || size > sdo::kExpeditedSize) {
+    return word;
+  }
+  return (word & ~std::uint64_t{0xFF}) |
+         sdo::expedited_byte(sdo::ClientCommand::download_initiate, size);
 }
 
 void ValueServer::refuse(std::uint64_t word, AbortCode why) {

@@ -30,6 +30,8 @@ class ValueServer final : od::Hook {
     // A read, or a write whose last byte has arrived. none: finish() follows, unless the request is
     // withdrawn; otherwise the abort code for the client.
     virtual AbortCode ask(od::Address address, bool write, std::span<const std::byte> value) = 0;
+    // Bytes of the value of the object, 0 = unknown.
+    virtual std::size_t size_of(od::Address /*address*/) const { return 0; }
     // The request under way needs no answer any more.
     virtual void withdrawn() = 0;
   };
@@ -60,6 +62,7 @@ class ValueServer final : od::Hook {
   void reset();
 
  private:
+  std::uint64_t with_size(std::uint64_t word) const;
   AbortCode before_read(od::Address address, const od::Variable& variable) override;
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void put_off(od::Address address, od::Ticket waiting) override;

@@ -145,6 +145,46 @@ TEST_F(UsdoRouting, LongValuesAreSegmentedOnBothSides) {
   expect_nothing_left();
 }
 
+// An expedited download need not state how many of its four bytes are used (CiA 301 7.2.4.3.3).
+TEST_F(UsdoRouting, AWriteWithoutASizeHasThatOfTheObject) {
+  line::NodeConfig node{.id = 5, .name = "io"};
+  const std::pair<std::uint16_t, od::DataType> objects[] = {{0x2000, od::DataType::unsigned8},
+                                                            {0x2001, od::DataType::integer16},
+                                                            {0x2002, od::DataType::unsigned24},
+                                                            {0x2003, od::DataType::unsigned64}};
+  for (const auto& [index, type] : objects) {
+    od::ObjectDescription object;
+    object.index = index;
+    object.variables = {od::number_variable(1, "Value", type, od::Access::rw)};
+    node.device.objects.push_back(std::move(object));
+  }
+  node.boot = false;
+  config_of(2).nodes.push_back(std::move(node));
+  start();
+  const std::pair<std::uint8_t, std::string> rows[] = {{0, "050111"},
+                                                       {1, "06021122"},
+                                                       {2, "0F03112233"},
+                                                       {3, "070411223344"},   // it is longer
+                                                       {4, "070411223344"}};  // it is unknown
+  for (const auto& [low, content] : rows) {
+    open();
+    client({0x22, low, 0x20, 1, 0x11, 0x22, 0x33, 0x44});
+    EXPECT_EQ(request(5 + content.size() / 2 + 1), "01010" + std::to_string(low) + "20" + content);
+    device({0x21, 1, low, 0x20});
+    EXPECT_EQ(sent(1), Frames{"5FF 600" + std::to_string(low) + "200100000000"});
+  }
+  expect_nothing_left();
+}
+
+TEST_F(UsdoRouting, AReadOfMoreThanALineCarriesIsRefusedAtOnce) {
+  start();
+  open_and_read();
+  device({0x32, 1, 0x00, 0x20, 0x0F, 0, 1, 0, 2, 0});  // 128 KiB and one byte
+  EXPECT_EQ(request(7), "7F01002060");
+  EXPECT_EQ(sent(1), Frames{abort_of(AbortCode::out_of_memory)});
+  expect_nothing_left();
+}
+
 TEST_F(UsdoRouting, ABlockDownloadBecomesOneDownload) {
   start();
   open();
