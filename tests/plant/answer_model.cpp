@@ -8,6 +8,7 @@
 #include "stack/lss/message.h"
 
 #include "tests/plant/request_fields.h"
+#include "tests/plant/usdo_fields.h"
 
 namespace linegate::plant {
 namespace {
@@ -82,7 +83,9 @@ void AnswerModel::lost(std::uint64_t first, std::uint64_t last) {
 void AnswerModel::submitted(const can::Frame& frame, Instant now) {
   ++submitted_;
   check_refused_values(frame);
-  if (const std::uint8_t node = sdo_of(frame, can::kSdoRequestBase); node != 0) {
+  if (is_usdo(frame, can::kSdoRequestBase)) {
+    usdo_request(frame);
+  } else if (const std::uint8_t node = sdo_of(frame, can::kSdoRequestBase); node != 0) {
     request(node, frame);
   } else if (!given_.empty()) {
     sent_.push_back({.frame = frame,
@@ -93,7 +96,9 @@ void AnswerModel::submitted(const can::Frame& frame, Instant now) {
 }
 
 void AnswerModel::before_receive(const can::Frame& frame) {
-  if (const std::uint8_t node = sdo_of(frame, can::kSdoResponseBase); node != 0) {
+  if (is_usdo(frame, can::kSdoResponseBase)) {
+    usdo_response(frame);
+  } else if (const std::uint8_t node = sdo_of(frame, can::kSdoResponseBase); node != 0) {
     response(node, frame);
   } else if (frame.id == lss::kSlaveId && frame.standard_of(can::kMaxClassicData)) {
     lss_answers_[static_cast<std::uint8_t>(byte_at(frame, 0))] = {frame, commands_};

@@ -4,7 +4,8 @@
 // The invariant, after each step of a world, for each command with the reply "done":
 //   1. SDO: a transfer of that object with that node has ended since the command: the line received
 //      the last response of the transfer, and the value of the reply, or of the command, is the
-//      content of its segments: in block transfer, of the acknowledged ones.
+//      content of its segments: in block transfer, of the acknowledged ones. On a line of CANopen
+//      FD the same for the session of a USDO transfer.
 //   2. NMT commands to other nodes, frames of no service, EMCYs and values by MPDO: the line has
 //      submitted that frame since the command, and the bus acknowledged it. Exception: a reset of
 //      all nodes that ends the state fatal error. It begins the start-up of the network, whose NMT
@@ -94,6 +95,10 @@ class AnswerModel {
     bool last = false;   // the client sent its last segment; in block transfer, it was acknowledged
     bool whole = false;  // of a download: the client sent all of the value, with the end of a block
     bool toggle = false;
+    // By USDO:
+    unsigned session = 0;
+    unsigned counter = 0;  // of the segment of an upload that was requested last
+    bool awaits = false;   // that segment was not received yet
     od::Address address;
     std::vector<std::byte> value;
     // Of the current sub-block:
@@ -155,6 +160,8 @@ class AnswerModel {
     }
   };
 
+  void usdo_request(const can::Frame& frame);
+  void usdo_response(const can::Frame& frame);
   void request(std::uint8_t node, const can::Frame& frame);
   void response(std::uint8_t node, const can::Frame& frame);
   static void receive_segment(Transfer& transfer, const can::Frame& frame);

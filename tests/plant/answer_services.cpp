@@ -34,6 +34,9 @@ bool bit_of(std::span<const std::byte> bytes, unsigned bit) {
 }
 
 std::uint64_t carried(const can::Frame& frame, unsigned bit, unsigned bits) {
+  if (bit + bits > 8 * can::kMaxClassicData) {
+    return bits_of(frame.data, bit, bits);
+  }
   const std::uint64_t all = number_of(std::span(frame.data).first(can::kMaxClassicData));
   return all >> bit & (bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1);
 }
@@ -49,7 +52,7 @@ AnswerModel::AnswerModel(line::Line& line) : line_(line) {
                   std::ranges::any_of(line.config().own_values,
                                       [&](const auto& value) { return value.address == kStartup; });
   for (const line::NodeConfig& node : line.config().nodes) {
-    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
+    const Loaded<pdo::DevicePdos> described = pdos_in(node.device, line.config().canopen_fd);
     for (const pdo::Parameters& rpdo : described.value->rpdos) {
       each_output(layout, node.id, rpdo, [&](std::size_t i, od::Address, unsigned bit) {
         fields_[i] = {.cob_id = rpdo.cob_id,
@@ -176,11 +179,9 @@ bool AnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
     case can_send:
       return can::same_content(frame, std::get<line::CanSend>(command.request).frame);
     case emcy_send: {
-      constexpr std::size_t kInfo = 3;  // manufacturer bytes
       const auto& emcy = std::get<line::EmcySend>(command.request);
-      const bool code = load_le<std::uint16_t>(frame.data.data()) == emcy.code;
-      return frame.id == can::kSyncId + line_.config().node_id && !frame.extended() && code &&
-             std::ranges::equal(emcy.manufacturer, std::span(frame.data).subspan<kInfo, 5>());
+      return frame.id == can::kSyncId + line_.config().node_id && !frame.extended() &&
+             is_emcy_of(frame, line_.config().emcy_fd, emcy);
     }
     case lss:
       return is_lss_frame_of(given, frame);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/plant/generator_devices.h"
+#include "tests/plant/generator_fd.h"
 #include "tests/plant/generator_ours.h"
 #include "tests/plant/generator_outputs.h"
 #include "tests/plant/generator_requests.h"
@@ -37,7 +38,14 @@ class Generator {
         random_of_own_(seed + 0x4F57),
         services_(seed),
         commands_of_ours_(seed),
-        requests_(seed) {}
+        requests_(seed),
+        fd_(seed >= kFirstFdSeed),
+        foreign_clients_(seed) {
+    if (fd_) {
+      services_.be_fd();
+      requests_.be_fd();
+    }
+  }
 
   std::string plant() {
     network();
@@ -56,6 +64,9 @@ class Generator {
       add(services_.draw(devices_, time));
       add(requests_.draw(devices_, time));
       add(commands_of_ours_.draw(ours_, time));
+      if (fd_) {
+        add(foreign_clients_.draw(devices_, time));
+      }
     }
     come_late(time);
     quiet(write_down() + pauses_);
@@ -105,6 +116,9 @@ class Generator {
     constexpr std::array<unsigned, 4> kRates{125'000, 250'000, 500'000, 1'000'000};
     bit_rate_ = kRates[below(4)];
     out_ << "line plant bitrate " << bit_rate_;
+    if (fd_) {
+      out_ << foreign_clients_.line_words();
+    }
     if (below(3) != 0) {
       out_ << " sync " << 10 + below(90) << "ms";
     }
@@ -112,13 +126,16 @@ class Generator {
       out_ << " buffers " << 2 + below(3);
     }
     roles();
-    has_own_outputs_ = below_own(3) == 0;
+    has_own_outputs_ = below_own(3) == 0 && !fd_;  // one of them is sent by MPDO
     out_ << services_.line_words() << (has_own_outputs_ ? " own-outputs" : "") << '\n';
     const unsigned count = 1 + below(12);
     for (unsigned i = 0; i < count; ++i) {
       devices_.push_back(draw_device(random_, 1 + i * 9 + below(9)));
       give_mpdos(devices_.back());
       draw_manners(random_of_states_, devices_.back());
+      if (fd_) {
+        be_fd(foreign_clients_.random(), devices_.back());
+      }
       devices_.back().twice = devices_.back().profile == "drive" && random_of_mappings_() % 2 == 0;
       if (role_ == Role::device) {
         devices_.back().listed = false;
@@ -147,6 +164,11 @@ class Generator {
   void roles() {
     switch (below_line(10)) {
       case 0:
+        if (fd_) {  // the role of a line of CANopen FD is that of its configuration
+          role_ = Role::device;
+          out_ << " slave";
+          break;
+        }
         role_ = Role::slave_by_1f80;
         out_ << " own-value 1F80:0 " << (below_line(2) == 0 ? "00000000" : "04000000");
         break;
@@ -207,7 +229,9 @@ class Generator {
         break;
       }
       case 1:
-        give_by_mpdo(at(time), below_more(3) == 0 ? 0 : device.id);
+        if (!fd_) {
+          give_by_mpdo(at(time), below_more(3) == 0 ? 0 : device.id);
+        }
         break;
       case 2:
         foreign_command(below_more(4) == 0 ? 0 : device.id, time);
@@ -332,6 +356,10 @@ class Generator {
       Device device{.id = kFirst + i * 4 + below_ours(4), .profile = "digital-io"};
       device.heartbeat = 50 + below_ours(200);
       device.text = below_ours(2) == 0;
+      if (fd_) {
+        device.profile = "fd-io";
+        device.text = false;  // its TPDO has no room
+      }
       out_ << "device " << device.id << ' ' << device.profile << " heartbeat " << device.heartbeat
            << "ms ours" << (device.text ? " text" : "") << requests_.device_words(device) << '\n';
       ours_.push_back(std::move(device));
@@ -607,6 +635,8 @@ class Generator {
   ServiceCommands services_;
   OwnDeviceCommands commands_of_ours_;
   RequestsAndBursts requests_;
+  bool fd_;
+  ForeignClients foreign_clients_;
   unsigned arming_ = 100;  // arming number of the last write
   std::ostringstream out_;
   std::vector<std::pair<unsigned, std::ostringstream>> acts_;

@@ -53,11 +53,30 @@ void draw_manners(std::mt19937_64& random, Device& device) {
   device.swapped = device.listed && below(6) == 0;
 }
 
+void be_fd(std::mt19937_64& random, Device& device) {
+  const auto below = [&random](unsigned limit) { return static_cast<unsigned>(random() % limit); };
+  // A boot process reads each of the 64 objects in a mapping, and may write them: a slow device
+  // would need minutes.
+  constexpr unsigned kSlow = 60;
+  const bool slow = device.answers_after > kSlow && device.answers_after < kAnswerTimeout;
+  if (device.profile == "digital-io" || below(6) == 0) {  // digital-io maps bits
+    device.profile = slow ? "analog-io" : "fd-io";
+    device.swapped = device.swapped && device.answers_after == 0;
+  }
+  if (device.guarded) {
+    device.guarded = false;
+    device.heartbeat = 50 + below(200);
+  }
+  device.mpdo = false;
+  device.mpdo_of = 0;
+}
+
 namespace {
 
 // Records of the profile that map two objects.
 const char* two_objects_of(const std::string& profile) {
   return profile == "digital-io"  ? "1600"
+         : profile == "fd-io"     ? "1600"
          : profile == "analog-io" ? "1601"
          : profile == "drive"     ? "1601"
                                   : "1A00";

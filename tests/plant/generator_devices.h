@@ -39,6 +39,8 @@ Device draw_device(std::mt19937_64& random, unsigned id);
 // Chooses deviations: it appears late, is not configured, answers slowly, or has the identity of
 // another device.
 void draw_manners(std::mt19937_64& random, Device& device);
+// Makes it a device of CANopen FD, which has no guarding and no MPDOs; some have PDOs of 64 bytes.
+void be_fd(std::mt19937_64& random, Device& device);
 // Writes its statement in the scenario, without the line end.
 void describe(std::ostream& out, const Device& device);
 

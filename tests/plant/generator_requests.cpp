@@ -13,7 +13,7 @@ std::string RequestsAndBursts::device_words(const Device& device) {
   constexpr unsigned kFirst = 0x180;  // CiA 301 7.3.5
   constexpr unsigned kSecond = 0x280;
   const bool has_other_mapping = device.swapped && device.profile == "encoder";  // of that TPDO
-  if (!device.listed || below(4) != 0 || has_other_mapping) {
+  if (fd_ || !device.listed || below(4) != 0 || has_other_mapping) {
     return {};
   }
   const bool second = device.profile == "analog-io";  // it has no TPDO 1

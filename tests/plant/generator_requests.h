@@ -18,6 +18,8 @@ class RequestsAndBursts {
  public:
   explicit RequestsAndBursts(unsigned long seed) : random_(seed + 0x5252) {}
 
+  // No TPDO is on request: CANopen FD has none.
+  void be_fd() { fd_ = true; }
   // A property of the device: its first TPDO has type 252 or 253. Empty for most devices.
   std::string device_words(const Device& device);
   // Actions from that time on, each with its time in ms.
@@ -43,6 +45,7 @@ class RequestsAndBursts {
   void burst(Actions& out, const Device& device, unsigned time);
 
   std::mt19937_64 random_;
+  bool fd_ = false;
   std::vector<Tpdo> tpdos_;
   unsigned number_ = 0;  // number of a request, its name
   unsigned value_ = 0;   // the last output value; each value is different

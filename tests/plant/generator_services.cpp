@@ -9,7 +9,7 @@
 namespace linegate::plant {
 
 std::string ServiceCommands::line_words() {
-  has_mpdo_ = below(3) == 0;
+  has_mpdo_ = below(3) == 0 && !fd_;
   return has_mpdo_ ? " mpdo" : "";
 }
 

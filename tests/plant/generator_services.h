@@ -17,6 +17,8 @@ class ServiceCommands {
  public:
   explicit ServiceCommands(unsigned long seed) : random_(seed + 0x5343) {}
 
+  // No MPDOs: they are not defined for CANopen FD.
+  void be_fd() { fd_ = true; }
   // A property of the line.
   std::string line_words();
   // Actions from that time on, each with its time in ms.
@@ -35,6 +37,7 @@ class ServiceCommands {
   std::string hex_of(unsigned bytes) const;
 
   std::mt19937_64 random_;
+  bool fd_ = false;
   bool has_mpdo_ = false;
   unsigned number_ = 0;  // number of the command: its name, and a part of its content
 };

@@ -5,6 +5,8 @@
 
 #include "stack/pdo/parameters.h"
 
+#include "tests/plant/output_fields.h"
+
 namespace linegate::plant {
 namespace {
 
@@ -40,7 +42,7 @@ ImageModel::ImageModel(line::Line& line) : line_(line) {
 }
 
 void ImageModel::add_node(const line::NodeConfig& node, const image::Layout& layout) {
-  const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
+  const Loaded<pdo::DevicePdos> described = pdos_in(node.device, line_.config().canopen_fd);
   for (const pdo::Parameters& tpdo : described.value->tpdos) {
     Pdo pdo;
     pdo.synchronous = pdo::is_synchronous(tpdo.type);
@@ -69,7 +71,8 @@ void ImageModel::before_receive(const can::Frame& frame) {
     return;
   }
   Pdo& pdo = it->second;
-  if (is_pre_operational(line_) && is_master(line_) && frame.length == pdo.bytes) {
+  const unsigned exact = frame.fd() ? can::fd_length(pdo.bytes) : pdo.bytes;
+  if (is_pre_operational(line_) && is_master(line_) && frame.length == exact) {
     pdo.pending = true;
     pdo.shadow = frame;
   } else if (!is_operational(line_)) {

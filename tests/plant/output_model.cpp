@@ -2,6 +2,9 @@
 #include "tests/plant/output_model.h"
 
 #include <algorithm>
+#include <iomanip>
+#include <optional>
+#include <sstream>
 #include <utility>
 
 #include "stack/base/byte_order.h"
@@ -12,6 +15,7 @@
 #include "stack/pdo/parameters.h"
 
 #include "tests/plant/output_fields.h"
+#include "tests/plant/usdo_fields.h"
 #include "tests/plant/world.h"
 
 namespace linegate::plant {
@@ -42,18 +46,58 @@ bool is_boot_up(const can::Frame& frame) {
   return is_state_message(frame) && frame.data[0] == std::byte{0};
 }
 
-// The first frame of a download by the default client.
-bool starts_download(const can::Frame& frame) {
-  return (frame.id & ~std::uint32_t{can::kMaxNodeId}) == can::kSdoRequestBase &&
-         frame.standard_of(can::kMaxClassicData) &&
-         (frame.data[0] & std::byte{0xE0}) == std::byte{0x20};
+// An object that a request begins to write, and its node.
+struct Written {
+  std::uint8_t node = 0;
+  od::Address object;
+};
+
+// By the default client, or by a USDO client. Empty for other frames.
+std::optional<Written> written_by(const can::Frame& frame) {
+  if (begins_usdo_download(frame)) {
+    return Written{usdo_receiver(frame), usdo_object(frame)};
+  }
+  const bool starts = (frame.id & ~std::uint32_t{can::kMaxNodeId}) == can::kSdoRequestBase &&
+                      frame.standard_of(can::kMaxClassicData) &&
+                      (frame.data[0] & std::byte{0xE0}) == std::byte{0x20};
+  if (!starts) {
+    return std::nullopt;
+  }
+  return Written{static_cast<std::uint8_t>(frame.id & can::kMaxNodeId),
+                 {load_le<std::uint16_t>(frame.data.data() + 1),
+                  std::to_integer<std::uint8_t>(frame.data[3])}};
+}
+
+// A request by SDO or USDO to that node.
+bool is_request_to(const can::Frame& frame, std::uint8_t node) {
+  return is_usdo(frame, can::kSdoRequestBase)
+             ? usdo_receiver(frame) == node
+             : frame.standard_of(can::kMaxClassicData) && frame.id == can::kSdoRequestBase + node;
 }
 
 // The first request of a boot process: the device type (CiA 302-2 figure 4).
 bool requests_device_type(const can::Frame& frame) {
   constexpr std::uint16_t kDeviceType = 0x1000;
+  if (frame.fd()) {
+    return usdo_command(frame) == kUsdoUpload && usdo_object(frame).index == kDeviceType;
+  }
   return frame.data[0] == std::byte{0x40} &&
          load_le<std::uint16_t>(frame.data.data() + 1) == kDeviceType;
+}
+
+// Up to the last byte that is not 0.
+std::string values_text(const PdoValues& values) {
+  std::ostringstream out;
+  out << std::hex << std::uppercase << std::setfill('0');
+  std::size_t count = can::kMaxFdData;
+  const auto byte = [&values](std::size_t at) { return values[at / 8] >> (at % 8 * 8) & 0xFFU; };
+  while (count > 1 && byte(count - 1) == 0) {
+    --count;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    out << std::setw(2) << byte(i);
+  }
+  return out.str();
 }
 
 // Uses the dictionary of the device, whose configuration may not be complete yet.
@@ -89,7 +133,7 @@ OutputModel::OutputModel(const line::Line& line) {
   for (const line::NodeConfig& node : line.config().nodes) {
     nodes_[node.id].guarded = node.guard_time != Duration::zero();
     nodes_[node.id].period = std::max(node.heartbeat, node.guard_time);
-    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
+    const Loaded<pdo::DevicePdos> described = pdos_in(node.device, line.config().canopen_fd);
     for (const pdo::Parameters& rpdo : described.value->rpdos) {
       Pdo pdo{.node = node.id,
               .number = rpdo.number,
@@ -169,7 +213,7 @@ void OutputModel::follow_boot(const can::Frame& frame, std::uint8_t id, Instant 
   const bool boots = node.boots_at != Instant{} && now - node.boots_at < kBootPause;
   if (resets_node(frame, id)) {
     node.boots_at = now;
-  } else if (frame.standard_of(can::kMaxClassicData) && frame.id == can::kSdoRequestBase + id) {
+  } else if (is_request_to(frame, id)) {
     node.boots_at = boots || requests_device_type(frame) ? now : Instant{};
   }
 }
@@ -179,13 +223,13 @@ void OutputModel::follow_boot(const can::Frame& frame, std::uint8_t id, Instant 
 void OutputModel::check_order(LineSeat& seat, const Pdo& pdo, const can::Frame& frame,
                               Instant now) {
   seat.line->snapshot(image::Direction::outputs, snapshot_, now, true);
-  const std::uint64_t has = carried(pdo, frame);
+  const PdoValues has = carried(pdo, frame);
   const bool newest = pdo::is_synchronous(pdo.type) ? has == pdo.at_sync || has == pdo.before_sync
                                                     : has == values(pdo);
   if (!newest && older_.empty()) {
     older_ = "a frame of RPDO " + std::to_string(pdo.number) + " of node " +
-             std::to_string(pdo.node) + " has " + std::to_string(has) + " instead of the newest " +
-             std::to_string(pdo::is_synchronous(pdo.type) ? pdo.at_sync : values(pdo));
+             std::to_string(pdo.node) + " has " + values_text(has) + " instead of the newest " +
+             values_text(pdo::is_synchronous(pdo.type) ? pdo.at_sync : values(pdo));
   }
 }
 
@@ -199,7 +243,7 @@ void OutputModel::look_at_sync(LineSeat& seat, Instant now, bool advanced) {
   sync_waits_ |= passed && advanced;
   passed_at_ = passed ? now : passed_at_;
   for (Pdo& pdo : pdos_) {
-    const std::uint64_t before = std::exchange(pdo.latest, values(pdo));
+    const PdoValues before = std::exchange(pdo.latest, values(pdo));
     if (passed) {
       pdo.before_sync = before;
       pdo.at_sync = pdo.latest;
@@ -208,18 +252,19 @@ void OutputModel::look_at_sync(LineSeat& seat, Instant now, bool advanced) {
 }
 
 // The values of the image in the form of a frame.
-std::uint64_t OutputModel::values(const Pdo& pdo) const {
-  std::uint64_t out = 0;
+PdoValues OutputModel::values(const Pdo& pdo) const {
+  PdoValues out{};
   for (const Field& field : pdo.fields) {
-    out |= bits_of(snapshot_.bytes, field.image_bit, field.bits) << field.frame_bit;
+    put_bits(out, field.frame_bit, field.bits,
+             bits_of(snapshot_.bytes, field.image_bit, field.bits));
   }
   return out;
 }
 
-std::uint64_t OutputModel::carried(const Pdo& pdo, const can::Frame& frame) {
-  std::uint64_t out = 0;
+PdoValues OutputModel::carried(const Pdo& pdo, const can::Frame& frame) {
+  PdoValues out{};
   for (const Field& field : pdo.fields) {
-    out |= bits_of(frame.data, field.frame_bit, field.bits) << field.frame_bit;
+    put_bits(out, field.frame_bit, field.bits, bits_of(frame.data, field.frame_bit, field.bits));
   }
   return out;
 }
@@ -286,13 +331,12 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
     }
   } else if (is_state_message(frame) && received) {
     state_ended(seat, frame);
-  } else if (starts_download(frame)) {
-    const od::Address address{load_le<std::uint16_t>(frame.data.data() + 1),
-                              std::to_integer<std::uint8_t>(frame.data[3])};
+  } else if (const auto written = written_by(frame)) {
     for (Pdo& pdo : pdos_) {
       pdo.written_by_others |=
-          pdo.node == (frame.id & can::kMaxNodeId) &&
-          std::ranges::any_of(pdo.fields, [&](const Field& f) { return f.address == address; });
+          pdo.node == written->node && std::ranges::any_of(pdo.fields, [&](const Field& f) {
+            return f.address == written->object;
+          });
     }
   }
 }
@@ -479,7 +523,7 @@ std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
   for (const Field& field : pdo.fields) {
     complete &= snapshot_.is_known(field.entry);
   }
-  const std::uint64_t wanted = values(pdo);
+  const PdoValues wanted = values(pdo);
   const bool started = pdo.transmitted || (node.end == 0 && node.signs >= kSigns);
   if (!complete || !started || (pdo.transmitted && wanted == carried(pdo, pdo.newest))) {
     pdo.due_at = kNever;

@@ -72,6 +72,8 @@
 #include "stack/can/frame.h"
 #include "stack/line/line.h"
 
+#include "tests/plant/output_fields.h"
+
 namespace linegate::plant {
 
 struct LineSeat;
@@ -131,14 +133,14 @@ class OutputModel {
     bool written_by_others = false;
     bool unconfirmed = false;  // the device missed it, see the last exception
     bool awaits_sync = false;
-    Instant free_at{};         // end of the inhibit time
-    std::uint64_t wanted = 0;  // the values of the image in the form of a frame
+    Instant free_at{};   // end of the inhibit time
+    PdoValues wanted{};  // the values of the image in the form of a frame
     // Since when `wanted` differs from the newest frame, or the end of the grace period
     Instant due_at = kNever;
     std::uint32_t due_sync = 0;
-    std::uint64_t before_sync = 0;  // values of the image before the call that processed SYNC
-    std::uint64_t at_sync = 0;      // values of the image after that call
-    std::uint64_t latest = 0;       // values of the image at the last look
+    PdoValues before_sync{};  // values of the image before the call that processed SYNC
+    PdoValues at_sync{};      // values of the image after that call
+    PdoValues latest{};       // values of the image at the last look
   };
   struct Node {
     bool guarded = false;
@@ -172,8 +174,8 @@ class OutputModel {
   void look_at(LineSeat& seat, std::uint8_t id);
   static bool manages(const line::Line& line);
   static bool is_to_boot(const LineSeat& seat, std::uint8_t id);
-  std::uint64_t values(const Pdo& pdo) const;
-  static std::uint64_t carried(const Pdo& pdo, const can::Frame& frame);
+  PdoValues values(const Pdo& pdo) const;
+  static PdoValues carried(const Pdo& pdo, const can::Frame& frame);
   void follow_boot(const can::Frame& frame, std::uint8_t id, Instant now);
   void hand_out_sync(LineSeat& seat, Instant now);
   void check_order(LineSeat& seat, const Pdo& pdo, const can::Frame& frame, Instant now);

@@ -32,7 +32,7 @@ OwnAnswerModel::OwnAnswerModel(line::Line& line) : line_(line) {
     fields_[i].bits = layout.entries[i].bit_length;
   }
   for (const line::DeviceConfig& device : line.config().devices) {
-    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(device.device);
+    const Loaded<pdo::DevicePdos> described = pdos_in(device.device, line.config().canopen_fd);
     for (const pdo::Parameters& tpdo : described.value->tpdos) {
       transmissions_.push_back(
           {.node = device.id, .pdo = tpdo.number, .cob_id = tpdo.cob_id, .type = tpdo.type});
@@ -154,7 +154,6 @@ bool OwnAnswerModel::has_newest(const can::Frame& frame, Instant now) {
 }
 
 bool OwnAnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
-  constexpr std::size_t kInfo = 3;  // manufacturer bytes
   const line::Command& command = given.command;
   const can::Frame& frame = sent.frame;
   if (sent.after < given.order || sent.used || frame.extended() || frame.remote()) {
@@ -162,8 +161,7 @@ bool OwnAnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
   }
   if (const auto* const emcy = as<line::EmcySend>(command)) {
     return frame.id == can::kSyncId + emcy->node &&
-           load_le<std::uint16_t>(frame.data.data()) == emcy->code &&
-           std::ranges::equal(emcy->manufacturer, std::span(frame.data).subspan<kInfo, 5>());
+           is_emcy_of(frame, line_.config().emcy_fd, *emcy);
   }
   if (const auto* const trigger = as<line::PdoTrigger>(command)) {
     return sent.newest && std::ranges::any_of(fields_, [&](const Field& field) {

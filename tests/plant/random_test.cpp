@@ -14,16 +14,11 @@ namespace {
 constexpr unsigned long kFirstSeed = 20260101;
 constexpr unsigned kPlants = 240;
 constexpr unsigned kParts = 4;  // number of parts that may run at the same time
+constexpr unsigned kFdPlants = 40;
 
 class PartOfRandomPlants : public testing::TestWithParam<unsigned> {};
 
-// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other plants: a failure is repeated with its
-// seed and a count of 1. With LINEGATE_PLANT_SHRINK=0 a failing plant is not shrunken.
-TEST_P(PartOfRandomPlants, HoldsEveryOracleAndComesToRest) {
-  const Seeds all = seeds_of_run(kFirstSeed, kPlants);
-  const unsigned long begin = all.count * GetParam() / kParts;
-  const unsigned long count = all.count * (GetParam() + 1) / kParts - begin;
-  const unsigned long first = all.first + begin;
+void run_plants(unsigned long first, unsigned long count) {
   std::printf("random plants: %lu from seed %lu on\n", count, first);
   const bool shrinks = from_environment("LINEGATE_PLANT_SHRINK", 1) != 0;
   unsigned long frames = 0;
@@ -41,12 +36,30 @@ TEST_P(PartOfRandomPlants, HoldsEveryOracleAndComesToRest) {
   EXPECT_GE(frames, count * 100);
 }
 
+// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other plants: a failure is repeated with its
+// seed and a count of 1, also of a plant of CANopen FD. With LINEGATE_PLANT_SHRINK=0 a failing
+// plant is not shrunken.
+TEST_P(PartOfRandomPlants, HoldsEveryOracleAndComesToRest) {
+  const Seeds all = seeds_of_run(kFirstSeed, kPlants);
+  const unsigned long begin = all.count * GetParam() / kParts;
+  const unsigned long count = all.count * (GetParam() + 1) / kParts - begin;
+  run_plants(all.first + begin, count);
+}
+
 INSTANTIATE_TEST_SUITE_P(Random, PartOfRandomPlants, testing::Range(0U, kParts));
 
+// LINEGATE_PLANT_FD_COUNT is their number.
+TEST(RandomPlants, OfCanopenFdHoldEveryOracleAndComeToRest) {
+  const unsigned long usual = kIsSanitized ? kFdPlants / 4 : kFdPlants;
+  run_plants(kFirstFdSeed, from_environment("LINEGATE_PLANT_FD_COUNT", usual));
+}
+
 TEST(RandomPlants, TheSameSeedIsTheSamePlantFrameByFrame) {
-  const std::string text = generate(kFirstSeed);
-  EXPECT_EQ(text, generate(kFirstSeed));
-  EXPECT_EQ(run_scenario("a", text, kFirstSeed).frames, run_scenario("b", text, kFirstSeed).frames);
+  for (const unsigned long seed : {kFirstSeed, kFirstFdSeed}) {
+    const std::string text = generate(seed);
+    EXPECT_EQ(text, generate(seed));
+    EXPECT_EQ(run_scenario("a", text, seed).frames, run_scenario("b", text, seed).frames);
+  }
 }
 
 TEST(RandomPlants, AFailureIsShrunkToWhatItNeeds) {

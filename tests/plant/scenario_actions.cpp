@@ -9,6 +9,23 @@ namespace linegate::plant {
 
 using image::Direction;
 
+namespace {
+
+// Padded with zeros to the next length of CAN FD.
+can::Frame fd_frame(std::uint32_t id, std::span<const std::byte> data) {
+  if (data.size() > can::kMaxFdData) {
+    throw BadStatement("a frame of CAN FD has at most 64 bytes");
+  }
+  can::Frame out;
+  out.id = id;
+  out.flags = can::Frame::kFd | can::Frame::kBitRateSwitch;
+  out.length = can::fd_length(data.size());
+  std::ranges::copy(data, out.data.begin());
+  return out;
+}
+
+}  // namespace
+
 void Scenario::act(Words& words) {
   if (words.done()) {
     return;
@@ -271,8 +288,8 @@ void Scenario::group_write(Words& words) {
   seat().line->write_outputs(write, world_.now());
 }
 
-// frame ID [HEX], frame ID remote LENGTH: from a foreign station on the bus. frame none: its queued
-// frames are discarded.
+// frame ID [HEX], frame ID remote LENGTH, frame ID fd HEX: from a foreign station on the bus. frame
+// none: its queued frames are discarded.
 void Scenario::inject(Words& words) {
   if (words.accept("none")) {
     seat().bus.flush(seat().witness_end);
@@ -287,13 +304,14 @@ void Scenario::inject(Words& words) {
     seat().bus.submit(seat().witness_end, request, world_.now());
     return;
   }
+  const bool fd = words.accept("fd");
   const std::vector<std::byte> data = words.done() ? std::vector<std::byte>{} : words.hex();
   LineSeat& target = seat();
   if (id > can::kErrorControlBase && id <= can::kErrorControlBase + can::kMaxNodeId) {
     target.identities.imitated(static_cast<std::uint8_t>(id - can::kErrorControlBase));
   }
-  target.bus.submit(target.witness_end, can::make_frame(id, std::span<const std::byte>(data)),
-                    world_.now());
+  target.bus.submit(target.witness_end,
+                    fd ? fd_frame(id, data) : can::make_frame(id, std::span(data)), world_.now());
 }
 
 // losses N: N of a thousand frames are lost, and as many are destroyed and repeated.

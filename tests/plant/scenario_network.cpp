@@ -202,6 +202,8 @@ void Scenario::describe_line(Words& words) {
     const std::string key = words.take();
     if (key == "bitrate") {
       plan.bus.bit_rate = static_cast<std::uint32_t>(words.number());
+    } else if (key == "data-bitrate") {
+      plan.bus.data_bit_rate = static_cast<std::uint32_t>(words.number());
     } else if (key == "sync") {
       plan.config.sync_period = words.duration();
     } else if (key == "buffers") {
@@ -487,6 +489,8 @@ void Scenario::build() {
   plan_forwards();
   for (NetworkPlan& plan : plans_) {
     line::LineConfig below{.name = plan.config.name + "-ours", .role = line::Role::device};
+    below.canopen_fd = plan.config.canopen_fd;
+    below.emcy_fd = plan.config.emcy_fd;
     below.devices = std::move(plan.ours);
     auto made = line::Line::make(std::move(plan.config));
     if (!made.ok()) {

@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <iomanip>
+#include <optional>
 #include <sstream>
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/pdo/parameters.h"
 
+#include "tests/plant/output_fields.h"
 #include "tests/plant/request_fields.h"
+#include "tests/plant/usdo_fields.h"
 
 namespace linegate::plant {
 namespace {
@@ -28,9 +31,35 @@ std::uint32_t byte_of(const can::Frame& frame, std::size_t at) {
   return std::to_integer<std::uint32_t>(frame.data[at]);
 }
 
-// An expedited download of four bytes (CiA 301 7.2.4.3.3).
-bool is_expedited_download(const can::Frame& frame) {
-  return frame.length == can::kMaxClassicData && (byte_of(frame, 0) & 0xE2U) == 0x22;
+// An expedited download of four bytes (CiA 301 7.2.4.3.3), by SDO or USDO.
+struct Download {
+  std::uint32_t node = 0;
+  std::uint32_t index = 0;
+  std::uint32_t sub = 0;
+  can::CobId cob_id;
+};
+
+// Empty for other frames.
+std::optional<Download> download_of(const can::Frame& frame) {
+  const std::uint32_t node = frame.id - can::kSdoRequestBase;
+  if (frame.extended() || frame.remote() || frame.id <= can::kSdoRequestBase ||
+      node > can::kMaxNodeId) {
+    return std::nullopt;
+  }
+  if (frame.fd()) {
+    const bool is_one = is_usdo(frame, can::kSdoRequestBase) &&
+                        usdo_command(frame) == kUsdoDownload &&
+                        usdo_data(frame).size() == sizeof(std::uint32_t);
+    return is_one ? std::optional(Download{
+                        usdo_receiver(frame), usdo_object(frame).index, usdo_object(frame).sub,
+                        can::CobId{load_le<std::uint32_t>(usdo_data(frame).data())}})
+                  : std::nullopt;
+  }
+  const bool is_one = frame.length == can::kMaxClassicData && (byte_of(frame, 0) & 0xE2U) == 0x22;
+  return is_one ? std::optional(Download{node, load_le<std::uint16_t>(frame.data.data() + 1),
+                                         byte_of(frame, 3),
+                                         can::CobId{load_le<std::uint32_t>(frame.data.data() + 4)}})
+                : std::nullopt;
 }
 
 // The restricted ranges of the table in CiA 301 7.3.5.
@@ -57,6 +86,15 @@ bool holds_cob_id(std::uint32_t index, std::uint32_t sub) {
   return sdo || (pdo && sub == 1);
 }
 
+// USDO frames are FD frames; NMT, SYNC and error control are as in CANopen.
+bool is_of_canopen_fd(const can::Frame& frame) {
+  const std::uint32_t service = frame.id & ~std::uint32_t{can::kMaxNodeId};
+  const bool usdo = service == can::kSdoRequestBase || service == can::kSdoResponseBase;
+  const bool classical =
+      frame.id == can::kNmtId || frame.id == kSync || service == can::kErrorControlBase;
+  return !frame.remote() && (!usdo || frame.fd()) && (!classical || !frame.fd());
+}
+
 std::string text_of(const can::Frame& frame) {
   std::ostringstream out;
   out << std::hex << std::uppercase << std::setfill('0') << std::setw(3) << frame.id << '#';
@@ -68,7 +106,8 @@ std::string text_of(const can::Frame& frame) {
 
 }  // namespace
 
-SilenceModel::SilenceModel(const line::LineConfig& config) {
+SilenceModel::SilenceModel(const line::LineConfig& config)
+    : fd_(config.canopen_fd), client_(config.node_id) {
   boots_as_master_ = config.role == line::Role::manager;
   for (const line::ObjectValue& value : config.own_values) {
     if (value.address == od::Address{kStartup, 0} && !value.data.empty()) {
@@ -89,7 +128,8 @@ SilenceModel::SilenceModel(const line::LineConfig& config) {
       allowed_.set(can::kSdoResponseBase + id);
       allowed_.set(can::kErrorControlBase + id);
     }
-    allowed_.set(can::kSdoRequestBase + id, boots_as_master_);  // as SDO manager
+    // As SDO manager; the identifier of a USDO request has the node-ID of the client
+    allowed_.set(can::kSdoRequestBase + id, boots_as_master_ && (!fd_ || id == client_));
   }
   allowed_.set(kSync, config.sync_period > Duration::zero());
   allowed_.set(kTime, config.time_period > Duration::zero());
@@ -113,7 +153,7 @@ void SilenceModel::allow(const can::CobId& cob_id) {
 }
 
 void SilenceModel::note_tpdos(const line::NodeConfig& node) {
-  const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
+  const Loaded<pdo::DevicePdos> described = pdos_in(node.device, fd_);
   if (!described.ok()) {
     return;
   }
@@ -125,7 +165,7 @@ void SilenceModel::note_tpdos(const line::NodeConfig& node) {
 // rpdos: allow the RPDOs of a device, which the line sends; else the TPDOs, which the device itself
 // sends.
 void SilenceModel::allow_pdos(const od::DeviceDescription& device, bool rpdos) {
-  const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(device);
+  const Loaded<pdo::DevicePdos> described = pdos_in(device, fd_);
   if (!described.ok()) {
     return;
   }
@@ -140,7 +180,7 @@ void SilenceModel::commanded(const line::Command& command) {
   const od::Address address = address_of(command);
   const auto* const write = as<line::SdoWrite>(command);
   if (write != nullptr && node <= can::kMaxNodeId && own_[node]) {
-    if (address.index == kStartup && !write->data.empty()) {
+    if (address.index == kStartup && !write->data.empty() && !fd_) {
       is_master_ = (write->data.front() & std::byte{1}) != std::byte{0};
     }
     if (address.index == kFrameRecord && write->data.size() >= sizeof(std::uint16_t)) {
@@ -151,7 +191,7 @@ void SilenceModel::commanded(const line::Command& command) {
     follow_own_reset(static_cast<std::uint8_t>(control->command), control->node);
   }
   if (write != nullptr || as<line::SdoRead>(command) || as<line::ObjectWrite>(command)) {
-    allowed_.set(can::kSdoRequestBase + node % 128U);
+    allowed_.set(can::kSdoRequestBase + (fd_ ? client_ : node % 128U));
     commanded_writes_.insert(place(node, address.index, address.sub));
   }
   if (const auto* const send = as<line::CanSend>(command)) {
@@ -182,27 +222,18 @@ void SilenceModel::before_receive(const can::Frame& frame) {
     follow_own_reset(static_cast<std::uint8_t>(byte_of(frame, 0)),
                      static_cast<std::uint8_t>(byte_of(frame, 1)));
   }
-  const std::uint32_t node = frame.id - can::kSdoRequestBase;
-  if (frame.id > can::kSdoRequestBase && node <= can::kMaxNodeId && own_[node] &&
-      is_expedited_download(frame)) {
-    receive_written_cob_id(frame);
-  }
-}
-
-// Another node configures the own node.
-void SilenceModel::receive_written_cob_id(const can::Frame& frame) {
-  const can::CobId cob_id{load_le<std::uint32_t>(frame.data.data() + 4)};
-  if (!holds_cob_id(load_le<std::uint16_t>(frame.data.data() + 1), byte_of(frame, 3))) {
-    return;
-  }
-  if (cob_id.extended()) {
-    allowed_extended_.insert(cob_id.id());
-  } else {
-    allowed_.set(cob_id.id() & 0x7FFU);
+  // Another node configures the own node.
+  const std::optional<Download> download = download_of(frame);
+  if (download && download->node < own_.size() && own_[download->node] &&
+      holds_cob_id(download->index, download->sub)) {
+    allow(download->cob_id);
   }
 }
 
 bool SilenceModel::is_allowed(const can::Frame& frame) const {
+  if (fd_ ? !is_of_canopen_fd(frame) : frame.fd()) {
+    return false;
+  }
   if (frame.extended()) {
     return allowed_extended_.contains(frame.id);
   }
@@ -228,14 +259,11 @@ std::string SilenceModel::sends(const can::Frame& frame) {
 }
 
 std::string SilenceModel::check_download(const can::Frame& frame) const {
-  const std::uint32_t node = frame.id - can::kSdoRequestBase;
-  if (frame.extended() || frame.id <= can::kSdoRequestBase || node > can::kMaxNodeId ||
-      !is_expedited_download(frame)) {
+  const std::optional<Download> download = download_of(frame);
+  if (!download) {
     return {};
   }
-  const auto index = load_le<std::uint16_t>(frame.data.data() + 1);
-  const std::uint32_t sub = byte_of(frame, 3);
-  const can::CobId cob_id{load_le<std::uint32_t>(frame.data.data() + 4)};
+  const auto& [node, index, sub, cob_id] = *download;
   const bool has_valid_bit = index != 0x1005 && index != 0x1012;
   if (!holds_cob_id(index, sub) || commanded_writes_.contains(place(node, index, sub)) ||
       (has_valid_bit && !cob_id.valid()) || cob_id.extended() || !is_restricted_id(cob_id.id())) {

@@ -3,6 +3,7 @@
 // that it was given and the frames that it received.
 //   no NMT command unless the own node is NMT master (1F80h bit 0)
 //   only CAN-IDs of services that are configured, or that a command named
+//   on a line of CANopen FD: no remote frame, and USDO in place of SDO; it keeps its role
 //   no download of a valid COB-ID that is restricted (CiA 301 7.3.5)
 #pragma once
 
@@ -37,11 +38,12 @@ class SilenceModel {
   void allow_pdos(const od::DeviceDescription& device, bool rpdos);
   void note_tpdos(const line::NodeConfig& node);
   void follow_own_reset(std::uint8_t command, std::uint8_t node);
-  void receive_written_cob_id(const can::Frame& frame);
   bool is_allowed(const can::Frame& frame) const;
   std::string check_download(const can::Frame& frame) const;
 
   std::array<bool, 128> own_{};   // node-IDs of the line
+  bool fd_ = false;               // CANopen FD
+  std::uint8_t client_ = 0;       // the own node-ID, with which the line requests
   bool is_master_ = false;        // present state
   bool boots_as_master_ = false;  // state after each reset of the own node
   std::bitset<0x800> allowed_;    // 11-bit identifiers
