@@ -103,11 +103,11 @@ void ConfigureService::apply(std::uint8_t node, Instant now, std::uint32_t clien
   manager_.boot(node, now, client);
 }
 
-void ConfigureService::carry_out_requests(Instant now) {
+void ConfigureService::carry_out_requests(Instant now, std::uint32_t client) {
   if (configurator_.objects().requested()) {
     for_each_node(configurator_.objects().pop_requests(), [&](std::uint8_t node) {
       if (may_configure(node) != AbortCode::local_control) {
-        apply(node, now);
+        apply(node, now, client);
       }
     });
   }

@@ -35,6 +35,9 @@ class ConfigureService final : public Service {
   // Whether a command is under way.
   bool active() const { return running_.has_value(); }
 
+  // Configures the nodes that were requested with 1F25h. client: as Command::client.
+  void carry_out_requests(Instant now, std::uint32_t client = 0);
+
  private:
   struct Running {
     std::uint64_t tag = 0;
@@ -49,7 +52,6 @@ class ConfigureService final : public Service {
 
   Refusal begin(const Command& command, Instant now);
   AbortCode may_configure(std::uint8_t id) const;
-  void carry_out_requests(Instant now);
   void begin_node(std::uint8_t node, Instant now);
   void apply(std::uint8_t node, Instant now, std::uint32_t client = 0);
   void conclude(Instant now);

@@ -477,7 +477,18 @@ void NodeLine::do_execute(Command command, Instant now) {
   if (services_.flying.is_passive()) [[unlikely]] {
     change_role(now);  // it may have been lost by a frame of the same round
   }
+  const std::uint32_t client = command.client;
   service_of_[command.request.index()]->execute(std::move(command), now);
+  if (client != 0 && services_.sleep.may_transmit()) {
+    carry_out_orders(now, client);
+  }
+}
+
+// What a command has ordered by a write to the own dictionary: the frames are those of its client.
+void NodeLine::carry_out_orders(Instant now, std::uint32_t client) {
+  startup_.advance(now, client);
+  services_.records.carry_out_orders(now, client);
+  services_.configure.carry_out_requests(now, client);
 }
 
 void NodeLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {

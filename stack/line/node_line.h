@@ -149,7 +149,8 @@ class NodeLine final : public Line,
   bool has_failed() const override { return services_.diagnosis.diagnosis().fatal(); }
 
   // --- RecordOrders: node_line_role.cpp ---------------------------------------------------------
-  void order_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
+  void order_nmt(nmt::Command command, std::uint8_t node, Instant now,
+                 std::uint32_t client) override;
   void order_trigger(std::uint8_t node, std::uint8_t rpdo, Instant now) override;
   AbortCode may_trigger(std::uint8_t node, std::uint8_t rpdo) const override;
 
@@ -172,6 +173,7 @@ class NodeLine final : public Line,
   void malformed(const can::Target& target, const can::Frame& frame);
   void receive_error_control(const can::Target& target, const can::Frame& frame);
   void process_completions(Instant now);
+  void carry_out_orders(Instant now, std::uint32_t client);
   Input forwarded_input(std::size_t object) const;
   Counters count() const;
   // 1F80h bit 0, and bit 5 for the active master alone.

@@ -192,8 +192,8 @@ AbortCode NodeLine::may_trigger(std::uint8_t id, std::uint8_t rpdo) const {
   return services_.outputs.may_trigger({.node = id, .number = rpdo});
 }
 
-void NodeLine::order_nmt(nmt::Command command, std::uint8_t id, Instant now) {
-  (void)services_.nmt.send(command, id, now);
+void NodeLine::order_nmt(nmt::Command command, std::uint8_t id, Instant now, std::uint32_t client) {
+  (void)services_.nmt.send(command, id, now, client);
 }
 
 void NodeLine::order_trigger(std::uint8_t id, std::uint8_t rpdo, Instant now) {

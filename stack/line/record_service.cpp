@@ -15,28 +15,33 @@ RecordService::RecordService(ServiceHost& host, const LineConfig& config, const 
       records_(parts.node.dictionary(), parts.diagnosis, *this, canopen_ia_options(config)) {
 }
 
-void RecordService::advance(Instant now) {
+void RecordService::carry_out_orders(Instant now, std::uint32_t client) {
   for (diagnosis::CanopenIa::Order order; records_.take(order);) {
-    carry_out(order, now);
+    carry_out(order, now, client);
   }
+}
+
+void RecordService::advance(Instant now) {
+  carry_out_orders(now, 0);
   if (records_.pop_pdo_times_written()) {
     apply_pdo_times();
   }
 }
 
 // An order that a command has made impossible since it was checked is dropped.
-void RecordService::carry_out(const diagnosis::CanopenIa::Order& order, Instant now) {
+void RecordService::carry_out(const diagnosis::CanopenIa::Order& order, Instant now,
+                              std::uint32_t client) {
   using Kind = diagnosis::CanopenIa::OrderKind;
   switch (order.kind) {
     case Kind::nmt:
-      parts_.orders.order_nmt(order.command, order.node, now);
+      parts_.orders.order_nmt(order.command, order.node, now, client);
       return;
     case Kind::trigger:
       parts_.orders.order_trigger(order.node, order.rpdo, now);
       return;
     case Kind::scan:
       if (may_scan(order.node) == AbortCode::none) {
-        (void)parts_.scanning.begin(order.node, now);
+        (void)parts_.scanning.begin(order.node, now, client);
       }
       return;
   }

@@ -23,8 +23,9 @@ class RecordOrders {
   RecordOrders& operator=(const RecordOrders&) = delete;
   virtual ~RecordOrders() = default;
 
-  // Like CommandKind::nmt and pdo_trigger, without a reply.
-  virtual void order_nmt(nmt::Command command, std::uint8_t node, Instant now) = 0;
+  // Like CommandKind::nmt and pdo_trigger, without a reply. client: as Command::client.
+  virtual void order_nmt(nmt::Command command, std::uint8_t node, Instant now,
+                         std::uint32_t client) = 0;
   virtual void order_trigger(std::uint8_t node, std::uint8_t rpdo, Instant now) = 0;
   // See diagnosis::RecordHost.
   virtual AbortCode may_trigger(std::uint8_t node, std::uint8_t rpdo) const = 0;
@@ -48,6 +49,8 @@ class RecordService final : public Service, diagnosis::RecordHost {
   bool needs_master() const override { return false; }
   // Executes the orders.
   void advance(Instant now) override;
+  // The same for orders that a command of that client has written.
+  void carry_out_orders(Instant now, std::uint32_t client);
   Instant next_wake() const override { return records_.waits() ? Instant{} : kNever; }
   void end(Refusal /*why*/, Instant /*now*/) override {}
 
@@ -67,7 +70,7 @@ class RecordService final : public Service, diagnosis::RecordHost {
   AbortCode transmit(const can::Frame& frame) override;
   bool sleeps() const override { return host().sleeps(); }
 
-  void carry_out(const diagnosis::CanopenIa::Order& order, Instant now);
+  void carry_out(const diagnosis::CanopenIa::Order& order, Instant now, std::uint32_t client);
 
   const LineConfig& config_;
   Parts parts_;

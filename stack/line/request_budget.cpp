@@ -11,7 +11,6 @@
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/frame.h"
-#include "stack/od/objects.h"
 #include "stack/sdo/outbox.h"
 
 namespace linegate::line {
@@ -23,9 +22,6 @@ constexpr std::int64_t kScale = 1'000'000'000;
 // The part of the share that is divided equally, in quarters: the rest lets the line recover from
 // requests of several clients at once.
 constexpr std::int64_t kCreditQuarters = 3;
-// What a write to an object of the own dictionary causes that orders a procedure: NMT commands
-// (1F82h), a configuration (1F25h), a scan or triggers (the CanopenIA records).
-constexpr std::int64_t kOrderedFrames = 64;
 // How long after the last frame of a transfer or procedure others of it are expected.
 constexpr Duration kInProgress = std::chrono::seconds(1);
 // A transfer through another network: a request and a response, with the node's abort.
@@ -60,14 +56,9 @@ struct CostOf {
   std::int64_t operator()(const ObjectWrite&) const { return bits_of(1); }
   std::int64_t operator()(const PdoTrigger&) const { return bits_of(1); }
   std::int64_t operator()(const MpdoWrite&) const { return bits_of(1); }
-  // An object may be mapped into an event-driven PDO.
-  std::int64_t operator()(const LocalWrite& write) const {
-    const std::uint16_t index = write.address.index;
-    const bool orders =
-        index == od::objects::kRequestNmt || index == od::objects::kConfigureSlave ||
-        (index >= od::objects::kLowestCanopenIa && index <= od::objects::kHighestCanopenIa);
-    return bits_of(orders ? kOrderedFrames : 1);
-  }
+  // An object may be mapped into an event-driven PDO, or order a frame. A procedure that it orders
+  // is counted frame by frame.
+  std::int64_t operator()(const LocalWrite&) const { return bits_of(1); }
   std::int64_t operator()(const PdoRequest&) const { return bits_of(2); }
   std::int64_t operator()(const NetworkRead&) const { return bits_of(kRoutedFrames); }
   std::int64_t operator()(const NetworkWrite& write) const {
@@ -104,6 +95,13 @@ std::uint8_t served_by(const Command& command) {
   }
 }
 
+// Whether the frames of the command, which are counted later, precede new commands of its client
+// already before the first one: any number of such commands is begun, and would use up the account.
+bool precedes_new_ones(CommandKind kind) {
+  return kind == CommandKind::network_read || kind == CommandKind::network_write ||
+         kind == CommandKind::connection_open || kind == CommandKind::connection_close;
+}
+
 bool costs_nothing(const Command& command) {
   return served_by(command) == 0 &&
          std::visit(CostOf{.rates = {}, .full = 1}, command.request) == 0;
@@ -113,10 +111,11 @@ bool costs_nothing(const Command& command) {
 
 // --- accounts ------------------------------------------------------------------------------------
 
-void RequestBudget::Account::set(std::int64_t bits_a_second, std::int64_t full_frame) {
+void RequestBudget::Account::set(std::int64_t bits_a_second, Duration burst_time,
+                                 std::int64_t full_frame) {
   rate = bits_a_second;
   // The burst of a slow bus would never permit a frame otherwise.
-  burst = std::max(rate * kBurst.count(), full_frame * kScale);
+  burst = std::max(rate * burst_time.count(), full_frame * kScale);
   level = std::min(level, burst);
 }
 
@@ -148,9 +147,10 @@ void RequestBudget::set_bit_rates(BitRates rates) {
   }
   options_.bit_rates = rates;
   const std::int64_t full = bits_of(1);
-  line_.set(std::int64_t{rates.nominal} * options_.share / 1000, full);
+  line_.set(std::int64_t{rates.nominal} * options_.share / 1000, kBurst, full);
   for (Client& client : clients_) {
-    client.account.set(std::int64_t{rates.nominal} * options_.client_share / 1000, full);
+    client.account.set(std::int64_t{rates.nominal} * options_.client_share / 1000, kClientBurst,
+                       full);
     client.credit.burst = bits_of(kCredit) * kScale;
   }
   share_credit();
@@ -412,6 +412,9 @@ void RequestBudget::start(Client& client, const Command& command) {
     // must not keep the other clients of this line waiting.
     const bool routed = kind(command) == CommandKind::network_write;
     charge(client, bits, routed ? std::min(bits, bits_of(kRoutedFrames)) : bits);
+  }
+  if (precedes_new_ones(kind(command))) {
+    client.counted = filled_;
   }
   if (const std::uint8_t node = served_by(command); node != 0) {
     auto& [current, behind] = nodes_[node];

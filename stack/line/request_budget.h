@@ -3,15 +3,16 @@
 // client, and the commands and outputs that wait for it.
 //
 // Invariant: in each interval of t seconds, frames that clients cause occupy at most
-// share x (t + kBurst) of the bus, and those of one client at most client_share x (t + kBurst),
-// plus the cost of one request and the responses under way. So lower priorities on the bus,
-// heartbeats among them, always get the rest. Frames that the line sends on its own (boot at start,
-// recovery, SYNC, PDOs of its own) are neither counted nor delayed.
+// share x (t + kBurst) of the bus, and those of one client at most client_share x (t +
+// kClientBurst), plus the cost of one request and the responses under way. So lower priorities on
+// the bus, heartbeats among them, always get the rest. Frames that the line sends on its own (boot
+// at start, recovery, SYNC, PDOs of its own) are neither counted nor delayed.
 //
 // The cost of a request is the number of bits of its frames: known in advance for frames that the
 // request names, and counted frame by frame for SDO transfers and for the procedures that a command
 // starts (boot, configure, scan, program, LSS; and the boot processes that follow an NMT reset),
-// see sdo::Pace. A write to the own dictionary that orders a procedure has a fixed cost.
+// see sdo::Pace, also of those that a write to the own dictionary orders (1F25h, 1F82h, the
+// CANopenIA records).
 //
 // An account is filled up to its burst and may be overdrawn by one request; it is not overdrawn
 // further. Frames of transfers and procedures in progress precede new requests of their client, so
@@ -62,7 +63,10 @@ class RequestBudget final : public sdo::Pace {
   static constexpr std::size_t kClients = 64;  // with requests or an overdrawn account
   static constexpr std::size_t kQueued = 256;  // waiting commands of a client
   static constexpr std::size_t kRunning = 16;  // SDO commands of a client in progress
-  static constexpr Duration kBurst = std::chrono::milliseconds(50);
+  static constexpr Duration kBurst = std::chrono::milliseconds(50);  // of the line
+  // Of a client. A flood begins with it, and delays the frames of another client by as much: at 15
+  // % by less than an expedited transfer takes on a slow bus.
+  static constexpr Duration kClientBurst = std::chrono::milliseconds(25);
   // Frames of the greatest length on the line: two expedited SDO transfers.
   static constexpr std::int64_t kCredit = 4;
   // A client that exceeds its share is reported after kFirstReport, then each kNextReport.
@@ -144,7 +148,7 @@ class RequestBudget final : public sdo::Pace {
     std::int64_t rate = 0;  // bit/s
 
     // full_frame: in bits; the burst is at least one.
-    void set(std::int64_t bits_a_second, std::int64_t full_frame);
+    void set(std::int64_t bits_a_second, Duration burst_time, std::int64_t full_frame);
     void fill(Duration time);
     void charge(std::int64_t bits);
     bool is_full() const { return level == burst; }

@@ -66,8 +66,8 @@ Refusal ScanService::check(const Command& command) const {
   return host().usable() ? Refusal::none : Refusal::line_down;
 }
 
-bool ScanService::begin(std::uint8_t node, Instant now) {
-  const bool begun = begin(ScanApply{.node = node}, 0, now);
+bool ScanService::begin(std::uint8_t node, Instant now, std::uint32_t client) {
+  const bool begun = begin(ScanApply{.node = node}, client, now);
   conclude();
   return begun;
 }

@@ -57,8 +57,8 @@ class ScanService final : public Service, public ScanCache, sdo::TransferOwner, 
   void end(Refusal why, Instant now) override;
 
   // Begins a scan without a command, whose results are only cached. node: 0 = all except the own
-  // node. Returns false if a scan is under way.
-  bool begin(std::uint8_t node, Instant now);
+  // node. client: as Command::client. Returns false if a scan is under way.
+  bool begin(std::uint8_t node, Instant now, std::uint32_t client = 0);
   bool active() const { return scanner_.active(); }
   // Whether a scan of all nodes is under way.
   bool scans_all() const { return of_all_ && scanner_.active(); }

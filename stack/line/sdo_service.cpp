@@ -114,10 +114,11 @@ bool SdoService::answer_from_cache(std::uint64_t tag, const Transfer& transfer) 
   return true;
 }
 
-// A transfer with the own node is a local access, without the bus.
-void SdoService::access_own(std::uint64_t tag, Transfer transfer, Instant now) {
-  Command local{.tag = tag, .request = LocalRead{.what = transfer.address}};
+// A transfer with the own node is a local access, without the bus. A write may order a frame.
+void SdoService::access_own(const Command& command, Transfer transfer, Instant now) {
+  Command local{.tag = command.tag, .request = LocalRead{.what = transfer.address}};
   if (transfer.write) {
+    parts_.sdo.charge(command.client, 1);
     local.request = LocalWrite{.address = transfer.address, .data = std::move(transfer.data)};
   }
   parts_.local.execute(std::move(local), now);
@@ -129,7 +130,7 @@ void SdoService::start(const Command& command, Transfer transfer, Instant now) {
     return;
   }
   if (transfer.node == config_.node_id) {
-    access_own(command.tag, std::move(transfer), now);
+    access_own(command, std::move(transfer), now);
     return;
   }
   if (transfer.write) {

@@ -86,7 +86,7 @@ class SdoService final : public Service, sdo::TransferOwner {
 
   bool answer_from_image(std::uint64_t tag, const SdoRead& request);
   bool answer_from_cache(std::uint64_t tag, const Transfer& transfer);
-  void access_own(std::uint64_t tag, Transfer transfer, Instant now);
+  void access_own(const Command& command, Transfer transfer, Instant now);
   void execute_in_network(Command& command, Instant now);
   void start(const Command& command, Transfer transfer, Instant now);
   void start_in_network(const Command& command, Way way, Transfer transfer, Instant now);

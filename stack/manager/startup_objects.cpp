@@ -132,12 +132,12 @@ void StartupObjects::written(od::Address address) {
   }
 }
 
-void StartupObjects::advance(Instant now) {
+void StartupObjects::advance(Instant now, std::uint32_t client) {
   for (const Request& request : std::exchange(requests_, {})) {
     if (request.address.index == od::objects::kRequestGuarding) {
       watch(request, now);
     } else {
-      send(request, now);
+      send(request, now, client);
     }
   }
 }
@@ -153,7 +153,7 @@ void StartupObjects::watch(const Request& request, Instant now) {
   }
 }
 
-void StartupObjects::send(const Request& request, Instant now) {
+void StartupObjects::send(const Request& request, Instant now, std::uint32_t client) {
   const auto command = command_of(request.value);
   if (!command) {
     return;
@@ -161,7 +161,7 @@ void StartupObjects::send(const Request& request, Instant now) {
   if (request.address.sub == own_) {
     host_.command_own(*command, now);
     if (nmt::is_reset(*command)) {
-      manager_.own_reset();
+      manager_.own_reset(client);
     }
     return;
   }
@@ -170,7 +170,7 @@ void StartupObjects::send(const Request& request, Instant now) {
   }
   const std::uint8_t node = request.address.sub == kAll ? std::uint8_t{0} : request.address.sub;
   host_.send_nmt(*command, node, now);
-  manager_.commanded(*command, node, now);
+  manager_.commanded(*command, node, now, client);
 }
 
 }  // namespace linegate::manager

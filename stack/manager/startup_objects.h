@@ -35,8 +35,8 @@ class StartupObjects final : public od::Hook {
   StartupObjects(const StartupObjects&) = delete;
   StartupObjects& operator=(const StartupObjects&) = delete;
 
-  // Carries out pending requests.
-  void advance(Instant now);
+  // Carries out pending requests. client: whose they are, see sdo::Pace; 0: nobody's.
+  void advance(Instant now, std::uint32_t client = 0);
   Instant next_wake() const { return requests_.empty() ? kNever : Instant{}; }
 
   // The own node keeps this role: a write of the other value of 1F80h bit 0 is refused, and a
@@ -59,7 +59,7 @@ class StartupObjects final : public od::Hook {
   AbortCode check_request(od::Address address, std::uint8_t value) const;
   std::uint8_t state_of(std::uint8_t node) const;
   void watch(const Request& request, Instant now);
-  void send(const Request& request, Instant now);
+  void send(const Request& request, Instant now, std::uint32_t client);
 
   od::Dictionary& dictionary_;
   std::uint8_t own_;

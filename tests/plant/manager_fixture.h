@@ -2,6 +2,7 @@
 // The line of a manager with simulated devices, and commands to it.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -28,6 +29,17 @@ inline std::vector<std::byte> number(std::uint32_t value, std::size_t size = 4) 
 inline bool is_download(const can::Frame& frame) {
   const auto command = std::to_integer<unsigned>(frame.data[0]) >> 5U;
   return frame.id > 0x600 && frame.id <= 0x67F && (command == 1 || command == 6);
+}
+
+// Permits remote requests of TPDO 1 of the node.
+inline void permit_rtr(line::NodeConfig& node) {
+  for (od::ObjectDescription& object : node.device.objects) {
+    if (object.index == 0x1800) {
+      auto& cob_id = *std::ranges::find(object.variables, 1, &od::VariableDescription::sub);
+      cob_id.value = number(0x180U + node.id);
+      cob_id.configured = true;
+    }
+  }
 }
 
 class ManagerFixture : public testing::Test {

@@ -99,16 +99,6 @@ class MpdoTest : public ManagerFixture {
     permit_rtr(node);
     add(std::move(node), "encoder");
   }
-  // Permits remote requests of TPDO 1 of the node.
-  static void permit_rtr(line::NodeConfig& node) {
-    for (od::ObjectDescription& object : node.device.objects) {
-      if (object.index == 0x1800) {
-        auto& cob_id = *std::ranges::find(object.variables, 1, &od::VariableDescription::sub);
-        cob_id.value = plant::number(0x180U + node.id);
-        cob_id.configured = true;
-      }
-    }
-  }
   void prepare(sim::Device& made) override {
     device_ = &made;
     od::Dictionary& dictionary = made.dictionary();

@@ -133,6 +133,10 @@ SilenceModel::SilenceModel(const line::LineConfig& config)
   }
   allowed_.set(kSync, config.sync_period > Duration::zero());
   allowed_.set(kTime, config.time_period > Duration::zero());
+  if (config.sleep.exists()) {
+    allowed_.set(config.sleep.request);
+    allowed_.set(config.sleep.objection);
+  }
   allowed_.set(kLssToSlaves, config.lss.assign);
   allowed_.set(kLssToMaster, std::ranges::any_of(config.devices, &line::DeviceConfig::lss));
   for (const line::NodeConfig& node : config.nodes) {

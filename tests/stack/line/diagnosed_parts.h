@@ -28,7 +28,8 @@ struct DiagnosedParts final : manager::Host, RecordOrders {
   void command_own(nmt::Command command, Instant at) override { node.command(command, at); }
   nmt::State own_state() const override { return node.state(); }
   // RecordOrders
-  void order_nmt(nmt::Command command, std::uint8_t id, Instant /*at*/) override {
+  void order_nmt(nmt::Command command, std::uint8_t id, Instant /*at*/,
+                 std::uint32_t /*client*/) override {
     ordered_nmt.emplace_back(command, id);
   }
   void order_trigger(std::uint8_t id, std::uint8_t rpdo, Instant /*at*/) override {
