@@ -10,12 +10,16 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
+
+#include "gateway/edge/processor_times.h"
 
 #include "tests/gateway/process/gateway_fixture.h"
 #include "tests/paths.h"
@@ -86,6 +90,9 @@ class DdsProcessTest : public GatewayTest {
   static constexpr int kImages = 4;
   static constexpr Duration kBack =
       std::chrono::seconds(10);  // generous: the machine of a test may be busy
+  // What the gateway promises, see replace_by().
+  static constexpr Duration kFound = std::chrono::seconds(2);
+  static constexpr Duration kBackAfterAnEnd = std::chrono::seconds(2);
 
   void SetUp() override {
     GatewayTest::SetUp();
@@ -136,27 +143,67 @@ class DdsProcessTest : public GatewayTest {
     }
     return {.ends = 0};
   }
-  // The fault of the process, at the request of that signal (dds_faults.cpp), must replace it for
-  // that reason, and must not affect the lines.
-  void expect_replacement(int signal, event::ProcessEnd cause) {
-    ASSERT_TRUE(meanwhile([&] { return strict_.lines.contains("open"); }));
-    const auto before = strict_.lines["open"].counters.heartbeats_lost;
+  // Replaces the present process by that fault (dds_faults.cpp), and measures. The times are those
+  // in which the processes had what they needed: without the time in which their threads waited for
+  // a processor, of which an overloaded machine has too few.
+  struct Replacement {
+    Duration found{};  // from the fault to the end of the process
+    Duration back{};   // from then until the layouts and an image of the next one have arrived
+  };
+  std::optional<Replacement> replace_by(int signal) {
     const pid_t first = dds_process();
+    const ProcessorTimes::Sample before = ProcessorTimes().read();
     const Instant begin = monotonic_now();
     kill(first, signal);
-    ASSERT_TRUE(meanwhile([&] { return dds_process() != first; }));
-    const Duration found = monotonic_now() - begin;
-    ASSERT_TRUE(back_after(first));
-    const auto ms = [](Duration time) {
-      return std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
-    };
-    std::cout << "replaced after " << ms(found) << " ms, samples after "
-              << ms(monotonic_now() - begin) << " ms\n";
+    if (!meanwhile([&] { return dds_process() != first; })) {
+      return std::nullopt;
+    }
+    const Instant ended = monotonic_now();
+    const ProcessorTimes::Sample then = ProcessorTimes().read();
+    // Images of the first process may be under way yet. Layouts are not: the next one sends them
+    // to readers that it has discovered.
+    const std::size_t layouts = std::exchange(strict_.layouts, {}).size();
+    const int samples = images();
+    if (!meanwhile([&] { return strict_.layouts.size() == layouts && images() > samples; },
+                   kBack)) {
+      return std::nullopt;
+    }
+    const Instant back = monotonic_now();
+    const ProcessorTimes next("/proc/" + std::to_string(dds_process()) + "/task");
+    const ProcessorTimes::Sample sample = ProcessorTimes().read();
+    return Replacement{.found = ended - begin - waited(before, then),
+                       .back = back - ended - waited(then, sample) - waited({}, next.read())};
+  }
+  // Of all threads, those that have started in between included.
+  static Duration waited(const ProcessorTimes::Sample& before,
+                         const ProcessorTimes::Sample& after) {
+    Duration out{};
+    for (const auto& [number, times] : after) {
+      const auto known = before.find(number);
+      out += times.waiting - (known == before.end() ? Duration{} : known->second.waiting);
+    }
+    return out;
+  }
+  // The fault of the process, at the request of that signal, must replace it for that reason, and
+  // must not affect the lines. is_found: within kFound, which memory that is used up is not.
+  void expect_replacement(int signal, event::ProcessEnd cause, bool is_found = true) {
+    ASSERT_TRUE(meanwhile([&] { return strict_.lines.contains("open"); }));
+    const auto before = strict_.lines["open"].counters.heartbeats_lost;
+    const std::optional<Replacement> times = replace_by(signal);
+    ASSERT_TRUE(times);
+    std::cout << "found after " << times->found / std::chrono::milliseconds(1)
+              << " ms, samples after " << times->back / std::chrono::milliseconds(1)
+              << " ms more\n";
+    EXPECT_TRUE(!is_found || times->found <= kFound);
+    EXPECT_LE(times->back, kBackAfterAnEnd);
     EXPECT_EQ(reported_end().cause, cause);
     EXPECT_EQ(reported_end().ends, 1U);
+    EXPECT_EQ(reported_end().pause_ms, 0U);
     EXPECT_TRUE(read().reply.ok());
     EXPECT_LE(strict_.lost_images, kImages);
+    EXPECT_EQ(strict_.missing_events("open"), 0U);
     EXPECT_EQ(strict_.missing_events(""), 0U);
+    EXPECT_EQ(strict_.incarnations, std::set<std::uint64_t>{kIncarnation});
     pass(std::chrono::milliseconds(1'500));  // the state of the line is published once a second
     EXPECT_EQ(strict_.lines["open"].counters.heartbeats_lost, before);
   }

@@ -120,12 +120,20 @@ TEST_F(DdsProcessTest, AnEndIsAnEventOfTheGatewayWithItsReason) {
   EXPECT_EQ(strict_.missing_events(""), 0U);
 }
 
+TEST_F(DdsProcessTest, IsBackWithin2SecondsOfAnAbort) {
+  expect_replacement(SIGABRT, event::ProcessEnd::signal);
+}
+
+TEST_F(DdsProcessTest, IsBackWithin2SecondsOfAKill) {
+  expect_replacement(SIGKILL, event::ProcessEnd::signal);
+}
+
 TEST_F(DdsProcessTest, AStoppedProcessIsReportedAsOneThatDidNotRespond) {
   expect_replacement(SIGSTOP, event::ProcessEnd::no_response);
 }
 
 TEST_F(DdsFaultsTest, AProcessThatUsesUpItsMemoryIsReplaced) {
-  expect_replacement(SIGUSR2, event::ProcessEnd::memory);
+  expect_replacement(SIGUSR2, event::ProcessEnd::memory, false);
 }
 
 TEST_F(DdsFaultsTest, AnEndlessLoopInTheThreadThatServesTheGatewayIsFound) {
