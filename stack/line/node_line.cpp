@@ -478,6 +478,9 @@ void NodeLine::do_execute(Command command, Instant now) {
     change_role(now);  // it may have been lost by a frame of the same round
   }
   const std::uint32_t client = command.client;
+  if (client != 0 && services_.sleep.may_transmit()) {
+    carry_out_orders(now, 0);  // of others, by a write over the bus
+  }
   service_of_[command.request.index()]->execute(std::move(command), now);
   if (client != 0 && services_.sleep.may_transmit()) {
     carry_out_orders(now, client);
@@ -486,6 +489,7 @@ void NodeLine::do_execute(Command command, Instant now) {
 
 // What a command has ordered by a write to the own dictionary: the frames are those of its client.
 void NodeLine::carry_out_orders(Instant now, std::uint32_t client) {
+  change_role(now);  // 1F80h may have been written before
   startup_.advance(now, client);
   services_.records.carry_out_orders(now, client);
   services_.configure.carry_out_requests(now, client);
