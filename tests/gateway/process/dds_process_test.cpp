@@ -120,11 +120,11 @@ TEST_F(DdsProcessTest, AnEndIsAnEventOfTheGatewayWithItsReason) {
   EXPECT_EQ(strict_.missing_events(""), 0U);
 }
 
-TEST_F(DdsProcessTest, IsBackWithin2SecondsOfAnAbort) {
+TEST_F(DdsProcessTest, AnAbortedProcessIsReplaced) {
   expect_replacement(SIGABRT, event::ProcessEnd::signal);
 }
 
-TEST_F(DdsProcessTest, IsBackWithin2SecondsOfAKill) {
+TEST_F(DdsProcessTest, AKilledProcessIsReplaced) {
   expect_replacement(SIGKILL, event::ProcessEnd::signal);
 }
 
