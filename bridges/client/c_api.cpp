@@ -320,6 +320,8 @@ const char* linegate_error_text(int error) {
       return "no memory, or a failure of a library";
     case LINEGATE_ERROR_FULL:
       return "65,536 lines, groups, calls and subscriptions of the client were not freed";
+    case LINEGATE_ERROR_MALFORMED:
+      return "the gateway answered in a form that this version cannot read";
     default:
       return error > 0 ? "done" : "unknown error";
   }

@@ -4,6 +4,8 @@
 #include <any>
 #include <array>
 #include <chrono>
+#include <cstddef>
+#include <cstring>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -25,18 +27,22 @@ using linegate::line::CommandKind;
 
 // --- parameters ----------------------------------------------------------------------------------
 
-// Begins a call with the commands of a line, if the parameters are `valid`.
+// Begins a call with the commands of a line.
+template <class Start>
+int begin(const Held& held, client::Line& it, int line, int timeout_ms, const Start& start) {
+  if (held.full())  // what is reported as failed is not sent
+    return LINEGATE_ERROR_FULL;
+  client::Call call = start(Commands(it), client::capi::options_of(held, line, timeout_ms));
+  return held.add(std::move(call));
+}
+
+// The same if the parameters are `valid`.
 template <class Start>
 int begin_typed(linegate_client* handle, int line, int timeout_ms, bool valid,
                 const Start& start) noexcept {
   return client::capi::with<client::Line>(
       handle, line, [&](const Held& held, client::Line& it) -> int {
-        if (!valid)
-          return LINEGATE_ERROR_ARGUMENT;
-        if (held.full())  // what is reported as failed is not sent
-          return LINEGATE_ERROR_FULL;
-        client::Call call = start(Commands(it), client::capi::options_of(held, line, timeout_ms));
-        return held.add(std::move(call));
+        return valid ? begin(held, it, line, timeout_ms, start) : LINEGATE_ERROR_ARGUMENT;
       });
 }
 
@@ -108,6 +114,8 @@ int with_result(linegate_client* handle, int number, std::initializer_list<Comma
         const auto kind = client::Core::kind_of(call);
         if (std::ranges::find(kinds, kind) == kinds.end())
           return LINEGATE_ERROR_ARGUMENT;
+        if (!client::Core::is_readable(call))
+          return LINEGATE_ERROR_MALFORMED;
         std::any& made = held->results[number];
         if (!made.has_value())
           made = client::Answer<T>(call).result();
@@ -115,13 +123,38 @@ int with_result(linegate_client* handle, int number, std::initializer_list<Comma
       });
 }
 
-// Copies a result to the struct of the caller, whose version of it may have more members.
+// The size of a struct in the first version that had it. Later versions add members at its end, and
+// not into its padding.
+template <class T>
+constexpr std::size_t kFirstSize = 0;
+#define FIRST_SIZE(type, last) \
+  template <>                  \
+  constexpr std::size_t kFirstSize<type> = offsetof(type, last) + sizeof(type::last)
+FIRST_SIZE(linegate_object, length);
+FIRST_SIZE(linegate_delivery, missing_count);
+FIRST_SIZE(linegate_scanned_node, values);
+FIRST_SIZE(linegate_object_value, length);
+FIRST_SIZE(linegate_boot_result, text);
+FIRST_SIZE(linegate_configuration, differences);
+FIRST_SIZE(linegate_difference, found_length);
+FIRST_SIZE(linegate_program_fault, value);
+FIRST_SIZE(linegate_lss_result, assignments);
+FIRST_SIZE(linegate_lss_assignment, address);
+FIRST_SIZE(linegate_connection, abort);
+FIRST_SIZE(linegate_journal_page, unknown_entry);
+FIRST_SIZE(linegate_history_value, valid);
+FIRST_SIZE(linegate_journal_query, cursor_check);
+#undef FIRST_SIZE
+
+// Copies a result to the struct of the caller, whose version of it may have fewer members, or more:
+// its size is then that of those which are set.
 template <class T>
 int give(T from, T* to) {
-  if (to == nullptr || to->size < sizeof(T))
+  static_assert(kFirstSize<T> != 0);
+  if (to == nullptr || to->size < kFirstSize<T>)
     return LINEGATE_ERROR_ARGUMENT;
-  from.size = to->size;
-  *to = from;
+  from.size = std::min(to->size, sizeof(T));
+  std::memcpy(static_cast<void*>(to), &from, from.size);
   return LINEGATE_OK;
 }
 
@@ -237,12 +270,17 @@ int linegate_write_object(linegate_client* handle, int line, unsigned node, unsi
 
 int linegate_write_output(linegate_client* handle, int line, const linegate_setting* output,
                           int timeout_ms) {
-  const bool named = output != nullptr && output->name != nullptr;
-  const auto value = named ? client::capi::data_of(*output) : std::nullopt;
-  return begin_typed(handle, line, timeout_ms, value.has_value(),
+  return client::capi::with<client::Line>(
+      handle, line, [&](const Held& held, client::Line& it) -> int {
+        const bool named = output != nullptr && output->name != nullptr;
+        const auto value = named ? client::capi::data_of(*output) : std::nullopt;
+        if (!value)
+          return LINEGATE_ERROR_ARGUMENT;
+        return begin(held, it, line, timeout_ms,
                      [&](const Commands& to, const client::CallOptions& options) {
                        return to.write_output(output->name, *value, output->raw != 0, options);
                      });
+      });
 }
 
 int linegate_read_network(linegate_client* handle, int line, unsigned network, unsigned node,
@@ -297,7 +335,7 @@ int linegate_list_objects(linegate_client* handle, int line, unsigned first, uns
 
 int linegate_create_object(linegate_client* handle, int line, const linegate_object* object,
                            std::int64_t image_byte, int timeout_ms) {
-  const bool valid = object != nullptr && object->size >= sizeof *object &&
+  const bool valid = object != nullptr && object->size >= kFirstSize<linegate_object> &&
                      is_data(object->value, object->length) && image_byte <= 0xFFFF'FFFF;
   return begin_typed(
       handle, line, timeout_ms, valid, [&](const Commands& to, const client::CallOptions& options) {
@@ -644,8 +682,8 @@ int linegate_read_journal(linegate_client* handle, int line, const linegate_jour
   constexpr unsigned kFlags = LINEGATE_JOURNAL_NODE | LINEGATE_JOURNAL_KIND |
                               LINEGATE_JOURNAL_SINCE | LINEGATE_JOURNAL_UNTIL |
                               LINEGATE_JOURNAL_NEWEST_FIRST | LINEGATE_JOURNAL_VALUES;
-  const bool valid =
-      query != nullptr && query->size >= sizeof *query && (query->flags & ~kFlags) == 0;
+  const bool valid = query != nullptr && query->size >= kFirstSize<linegate_journal_query> &&
+                     (query->flags & ~kFlags) == 0;
   return begin_typed(handle, line, timeout_ms, valid,
                      [&](const Commands& to, const client::CallOptions& options) {
                        return to.read_journal(query_of(*query), options);

@@ -6,8 +6,10 @@
 #include "bridges/client/core.h"
 #include "bridges/dds/raw_request.h"
 #include "bridges/dds/reply_codec.h"
+#include "bridges/request/journal.h"
 #include "stack/base/byte_order.h"
 #include "stack/base/events.h"
+#include "stack/lss/procedure.h"
 
 namespace linegate::client {
 namespace {
@@ -209,6 +211,16 @@ std::optional<line::ReplyData> Core::reply_of(const Call& call) {
     return std::nullopt;
   const Domain domain = call.ok() ? Domain::none : Domain::sdo;
   return dds::decode_reply(call.data_->request, {domain, call.code()}, call.data_->bytes);
+}
+
+bool Core::is_readable(const Call& call) {
+  if (!call.ok() || call.data_ == nullptr)
+    return true;
+  if (std::holds_alternative<request::JournalRead>(call.data_->request))
+    return request::decode_page(call.data_->bytes).has_value();
+  if (request_of<line::LssRequest>(call) != nullptr)
+    return call.data_->bytes.size() >= lss::kReplyHead;
+  return reply_of(call).has_value();
 }
 
 // --- the handle ----------------------------------------------------------------------------------

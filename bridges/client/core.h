@@ -106,6 +106,9 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
   static line::CommandKind kind_of(const Call& call) {
     return call.data_ ? request::kind(call.data_->request) : line::CommandKind{};
   }
+  // Whether the data of a call that is done are of the form of its command; true of other calls. A
+  // gateway of another version may answer in another one.
+  static bool is_readable(const Call& call);
   // What was requested, if it is of that type.
   template <class T>
   static const T* request_of(const Call& call) {

@@ -38,12 +38,13 @@ enum {
   LINEGATE_ERROR_NAME = -4,      /* no such output or group */
   LINEGATE_ERROR_TYPE = -5,      /* the value is not of the type of the output */
   LINEGATE_ERROR_RANGE = -6, /* it does not fit the type of the output, or is beyond its limits */
-  LINEGATE_ERROR_TOO_LONG = -7, /* more than 4096 outputs; or a buffer is too short */
-  LINEGATE_ERROR_CLOSED = -8,   /* the client was closed */
-  LINEGATE_ERROR_TIMEOUT = -9,  /* the time has passed */
-  LINEGATE_ERROR_FAILED = -10,  /* of a call: linegate_call_result() has the reason */
-  LINEGATE_ERROR_MEMORY = -11,  /* no memory, or a failure of the DDS library */
-  LINEGATE_ERROR_FULL = -12     /* 65,536 lines, groups, calls and subscriptions were not freed */
+  LINEGATE_ERROR_TOO_LONG = -7,  /* more than 4096 outputs; or a buffer is too short */
+  LINEGATE_ERROR_CLOSED = -8,    /* the client was closed */
+  LINEGATE_ERROR_TIMEOUT = -9,   /* the time has passed */
+  LINEGATE_ERROR_FAILED = -10,   /* of a call: linegate_call_result() has the reason */
+  LINEGATE_ERROR_MEMORY = -11,   /* no memory, or a failure of the DDS library */
+  LINEGATE_ERROR_FULL = -12,     /* 65,536 lines, groups, calls and subscriptions were not freed */
+  LINEGATE_ERROR_MALFORMED = -13 /* the gateway answered in a form that this version cannot read */
 };
 /* In words; never NULL. */
 const char* linegate_error_text(int error);
@@ -557,7 +558,8 @@ int linegate_read_journal(linegate_client* client, int line, const linegate_jour
  * What it points to exists until linegate_free() of the call, or the end of the client. `size` of
  * each struct is sizeof, set by the caller. Abort codes are those of CiA 301, 0 = none. Returns
  * LINEGATE_OK; LINEGATE_ERROR_NAME: there is none at that place; LINEGATE_ERROR_FAILED: the call
- * failed, or is pending; LINEGATE_ERROR_ARGUMENT: it is of another command. */
+ * failed, or is pending; LINEGATE_ERROR_ARGUMENT: it is of another command;
+ * LINEGATE_ERROR_MALFORMED: the command was carried out, and its result cannot be read. */
 
 /* How a value of an object or output was sent. */
 typedef struct linegate_delivery {

@@ -523,7 +523,49 @@ TEST_F(CommandsInC, AResultBelongsToItsCommandAndExistsUntilTheCallIsFreed) {
                               line::to_error(line::Refusal::not_permitted));
   EXPECT_EQ(linegate_call_boot(client, failed, 0, &boot), LINEGATE_ERROR_FAILED);
   const int damaged = answered(linegate_boot(client, line, 0, kTime), Bytes(5));
-  EXPECT_EQ(linegate_call_boot(client, damaged, 0, &boot), LINEGATE_ERROR_NAME);
+  EXPECT_EQ(linegate_call_boot(client, damaged, 0, &boot), LINEGATE_ERROR_MALFORMED);
+}
+
+TEST_F(CommandsInC, AResultThatCannotBeReadIsNoEmptyOne) {
+  const auto unreadable = [&](int call) { return answered(call, Bytes(5, std::byte{9})); };
+  auto delivery = empty<linegate_delivery>();
+  auto page = empty<linegate_journal_page>();
+  auto query = empty<linegate_journal_query>();
+  auto lss = empty<linegate_lss_result>();
+  auto connection = empty<linegate_connection>();
+  const int written =
+      unreadable(linegate_write_object(client, line, 5, 0x6200, 1, "x", 1, 0, kTime));
+  EXPECT_EQ(linegate_call_delivery(client, written, &delivery), LINEGATE_ERROR_MALFORMED);
+  const int read = unreadable(linegate_read_journal(client, line, &query, kTime));
+  EXPECT_EQ(linegate_call_page(client, read, &page), LINEGATE_ERROR_MALFORMED);
+  const int listed = unreadable(linegate_connections(client, line, kTime));
+  EXPECT_EQ(linegate_call_connection(client, listed, 0, &connection), LINEGATE_ERROR_MALFORMED);
+  const int configured = unreadable(linegate_configure(client, line, 0, kTime));
+  auto configuration = empty<linegate_configuration>();
+  EXPECT_EQ(linegate_call_configuration(client, configured, 0, &configuration),
+            LINEGATE_ERROR_MALFORMED);
+  const int stored = answered(linegate_lss_store(client, line, kTime), Bytes(2));
+  EXPECT_EQ(linegate_call_lss(client, stored, &lss), LINEGATE_ERROR_MALFORMED);
+  EXPECT_STRNE(linegate_error_text(LINEGATE_ERROR_MALFORMED), "unknown error");
+}
+
+// A program of the first version, and one of a later version, with a library of this one.
+TEST_F(CommandsInC, AStructHasTheMembersThatBothVersionsKnow) {
+  const int call = answered(linegate_connections(client, line, kTime),
+                            line::SdoConnections{{.number = 7, .client = 5, .server = 8}});
+  struct Later {
+    linegate_connection known;
+    std::uint64_t more;
+  } later{.known = {.size = sizeof(Later)}, .more = 77};
+  ASSERT_EQ(linegate_call_connection(client, call, 0, &later.known), LINEGATE_OK);
+  EXPECT_EQ(later.known.size, sizeof(linegate_connection));
+  EXPECT_EQ(later.known.number, 7U);
+  EXPECT_EQ(later.more, 77U);
+  linegate_connection first{.size = offsetof(linegate_connection, abort) + sizeof(std::uint32_t)};
+  EXPECT_EQ(linegate_call_connection(client, call, 0, &first), LINEGATE_OK);
+  EXPECT_EQ(first.server, 8U);
+  first.size = offsetof(linegate_connection, abort);
+  EXPECT_EQ(linegate_call_connection(client, call, 0, &first), LINEGATE_ERROR_ARGUMENT);
 }
 
 TEST_F(CommandsInC, AProgramInCReadsAResult) {

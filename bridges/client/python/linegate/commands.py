@@ -19,7 +19,7 @@ import struct
 from dataclasses import dataclass
 from typing import Any, Callable, Generator, Generic, List, Optional, Sequence, TypeVar
 
-from . import Call, CallError, Event, Line, Outcome, Output, _encoded, _lib, _setting, _structure
+from . import Call, CallError, Event, Line, Outcome, Output, _checked, _encoded, _lib, _setting, _structure
 from . import _library as c
 
 T = TypeVar("T")
@@ -98,14 +98,18 @@ class BootAnswer(Answer[List["BootResult"]]):
     """Of boot(): the library has the words of the results."""
 
     def __init__(self, of: Call) -> None:
-        super().__init__(of, lambda _data: self._all())
+        super().__init__(of, lambda _data: [])
 
-    def _all(self) -> List["BootResult"]:
+    def _parsed(self, data: bytes) -> List["BootResult"]:
         out: List[BootResult] = []
         boot = c.BootResult(size=ctypes.sizeof(c.BootResult))
-        while _lib.linegate_call_boot(self._client._handle, self._number, len(out), boot) == 0:
+        while (found := _lib.linegate_call_boot(self._client._handle, self._number, len(out), boot)) == 0:
             out.append(BootResult(boot.node, _text(boot.letter.rstrip(b"\0")), boot.index, boot.sub, boot.reason,
                                   boot.abort, boot.expected, boot.found, _text(boot.text), bool(boot.ok)))
+        if found == -13:
+            raise Malformed(self.outcome, 0, "malformed data of a reply")
+        if found != -4:  # the end of the list
+            _checked(found)
         return out
 
 
