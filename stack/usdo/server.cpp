@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "stack/base/assert.h"
@@ -88,6 +89,9 @@ void Server::serve(const can::Frame& request) {
     refuse(request, Code::session);
     return;
   }
+  if (waits_for(request)) {  // the bus doubled it: it takes effect once
+    return;
+  }
   switch (command_of(request)) {
     case Command::upload:
     case Command::download:
@@ -117,6 +121,15 @@ void Server::serve(const can::Frame& request) {
   } else {
     initiate_download(request);
   }
+}
+
+bool Server::waits_for(const can::Frame& request) const {
+  const Session* const session = find(request);
+  const auto content = [](const can::Frame& frame) {
+    return std::span(frame.data).first(frame.length);
+  };
+  return session != nullptr && session->awaited != Awaited::nothing &&
+         std::ranges::equal(content(session->request), content(request));
 }
 
 void Server::serve_segment(const can::Frame& request) {

@@ -78,6 +78,8 @@ class Server {
   Route answer_route(const can::Frame& request) const;
   Session* find(const can::Frame& request) const;
   void drop_repeated(const can::Frame& request);
+  // Whether its session waits for the result of an equal request.
+  bool waits_for(const can::Frame& request) const;
   bool is_used_by_another(const can::Frame& request) const;
   Session* open(const can::Frame& request);
   void serve(const can::Frame& request);

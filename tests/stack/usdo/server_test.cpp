@@ -366,6 +366,19 @@ TEST_F(UsdoLaterTest, DownloadsAreStoredThen) {
   EXPECT_EQ(value({0x2000, 5}), (Bytes{1, 2, 3, 4, 5, 6, 7, 8}));
 }
 
+TEST_F(UsdoLaterTest, ARequestThatTheBusDoublesTakesEffectOnce) {
+  EXPECT_EQ(ask({5, 0x01, 1, 1, 0, 0x20, 5, 1, 0x77}), Bytes{});
+  EXPECT_EQ(ask({5, 0x01, 1, 1, 0, 0x20, 5, 1, 0x77}), Bytes{});
+  EXPECT_EQ(ask({5, 0x02, 2, 5, 0, 0x20, 0x1B, 0, 8, 0, 0, 0}).at(1), 0x22);
+  EXPECT_EQ(ask({5, 0x04, 2, 8, 9, 9, 9, 9, 9, 9, 9, 9}), Bytes{});
+  EXPECT_EQ(ask({5, 0x04, 2, 8, 9, 9, 9, 9, 9, 9, 9, 9}), Bytes{});
+  EXPECT_TRUE(hook.cancels.empty());
+  ASSERT_EQ(hook.tickets.size(), 2U);
+  ASSERT_TRUE(dictionary.complete(hook.tickets[0], AbortCode::none));
+  ASSERT_TRUE(dictionary.complete(hook.tickets[1], AbortCode::none));
+  EXPECT_EQ(wait(1ms).size(), 2U);
+}
+
 TEST_F(UsdoLaterTest, AHookThatNeverAnswersIsGivenUp) {
   EXPECT_EQ(ask({5, 0x11, 1, 1, 0, 0x20}), Bytes{});
   EXPECT_EQ(wait(10s), (std::vector<Bytes>{{1, 0x7F, 1, 1, 0, 0x20, 0x60}}));
