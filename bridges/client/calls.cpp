@@ -216,7 +216,7 @@ std::optional<line::ReplyData> Core::reply_of(const Call& call) {
 bool Core::is_readable(const Call& call) {
   if (!call.ok() || call.data_ == nullptr)
     return true;
-  if (std::holds_alternative<request::JournalRead>(call.data_->request))
+  if (kind_of(call) == request::JournalRead::kKind)
     return request::decode_page(call.data_->bytes).has_value();
   if (request_of<line::LssRequest>(call) != nullptr)
     return call.data_->bytes.size() >= lss::kReplyHead;

@@ -39,7 +39,7 @@ class Generator {
         services_(seed),
         commands_of_ours_(seed),
         requests_(seed),
-        fd_(seed >= kFirstFdSeed),
+        fd_(seed >= kFirstFdSeed && seed < kFirstFdSeed + kFdSeeds),
         foreign_clients_(seed) {
     if (fd_) {
       services_.be_fd();

@@ -8,6 +8,7 @@ namespace linegate::plant {
 
 // From this seed on plants have a line of CANopen FD.
 inline constexpr unsigned long kFirstFdSeed = 1'301'000'000;
+inline constexpr unsigned long kFdSeeds = 1'000'000;
 
 // A network of 1 to 12 devices that are switched off and on and disconnected, with commands (also
 // NMT), output writes, MPDOs, foreign frames and losses. The same seed returns the same text. The
