@@ -15,7 +15,7 @@
 namespace {
 
 // Device files are found relative to this path, as for the sample plants.
-const std::string kFile = paths::in_repository("deploy/plants/fuzz.yaml");
+const std::string kFile = linegate::paths::in_repository("deploy/plants/fuzz.yaml");
 
 }  // namespace
 
