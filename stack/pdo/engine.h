@@ -256,8 +256,8 @@ class Engine {
   // is not in the list.
   AbortCode send_mpdo(od::Address source);
   static constexpr std::size_t kMpdosWaiting = 64;
-  // Drops the MPDOs that wait: all in destination address mode, and those of these objects, of which
-  // those that are under way are neither reported nor sent again.
+  // Drops the MPDOs that wait: all in destination address mode, and those of these objects, of
+  // which those that are under way are neither reported nor sent again.
   void drop_mpdos(std::span<const od::Address> sources);
 
   // For a group of writes: until release(), changed values, trigger() and send_mpdo() request
