@@ -111,8 +111,8 @@ function(linegate_no_own_options)
 endfunction()
 
 # linegate_unity(TARGET FILES): so many of its sources are compiled as one; 0: all of them; 1: all of them if WHOLE. Files
-# that are generated are compiled by themselves. CMake's UNITY_BUILD includes sources by their absolute names, and a compiler cache would find
-# nothing that another clone has compiled.
+# that are generated are compiled by themselves. CMake's UNITY_BUILD includes sources by their absolute names, and a
+# compiler cache would find nothing that another clone has compiled.
 function(linegate_unity target files)
   if(NOT LINEGATE_UNITY)
     return()
