@@ -97,27 +97,21 @@ void DevicesLine::single_output(const Command& command, Instant now) {
   collect(request.entry);
   hand_out(true, now);
   const image::Entry& entry = layout.entries[request.entry];
-  const VirtualDevice& device = *find(entry.node);
-  const pdo::Engine& pdos = device.node().pdos();
-  const od::Address address{entry.index, entry.sub};
-  const std::uint16_t tpdo = device.has_node_id() ? pdos.first_tpdo(address) : entry.remote_pdo;
-  const bool scanned = tpdo == 0 && pdos.scans(address);
-  if (tpdo == 0 && !scanned) {
+  VirtualDevice& device = *find(entry.node);
+  std::vector<FramesUnderWay::Awaited> frames = device.frames_of(request.entry);
+  if (frames.empty() && device.has_node_id()) {
     reply(command.tag, Error{});
     return;
   }
-  const std::uint16_t by = scanned ? pdos.scanning_tpdo() : tpdo;
+  const std::uint16_t by = frames.empty() ? entry.remote_pdo : frames.front().sender();
   if (device.state().state != nmt::State::operational) {
     reply(command.tag, Error{}, WrittenByPdo{by, PdoWait::operational});
     return;
   }
-  FramesUnderWay::Awaited frame{.tpdo = tpdo, .device = entry.node, .samples = pdos.samples(tpdo)};
-  if (scanned) {
-    const node::Node& node = device.node();
-    frame.frame = mpdo_frame(node.dictionary(), by, node.node_id(), address);
-    frame.any_value = true;
-  }
-  answer_when_sent({.command = command, .frames = {frame}, .data = WrittenByPdo{by, PdoWait::none}},
+  answer_when_sent({.command = command,
+                    .frames = std::move(frames),
+                    .data = WrittenByPdo{by, PdoWait::none},
+                    .any_frame = true},
                    now);
 }
 

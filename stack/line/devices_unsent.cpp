@@ -40,16 +40,16 @@ void DevicesLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   reply(sending.command.tag, Error{}, WrittenByPdo{way.pdo, wait});
 }
 
-// Such a command waits for exactly one frame.
+// Such a command waits for one frame, or any of several of one device.
 Refusal DevicesLine::reason_of(const FramesUnderWay::Sending& sending, Instant now) const {
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
   VirtualDevice* device = find(awaited.device);
-  const bool of_pdo = awaited.tpdo != 0 || awaited.any_value;
-  if (device == nullptr ||
-      (of_pdo && awaited.number == 0 && device->node().state() != nmt::State::operational)) {
+  const bool of_pdo = awaited.sender() != 0;
+  const bool waits = !sending.is_handed_out();
+  if (device == nullptr || (of_pdo && waits && device->node().state() != nmt::State::operational)) {
     return Refusal::wrong_state;
   }
-  if (awaited.number != 0 || bus_is_stuck(now)) {
+  if (!waits || bus_is_stuck(now)) {
     return Refusal::no_acknowledge;
   }
   return of_pdo || device->node().emcy().waits(awaited.frame) ? Refusal::awaits_turn

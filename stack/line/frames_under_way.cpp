@@ -34,9 +34,22 @@ void FramesUnderWay::add(Sending sending) {
 }
 
 bool FramesUnderWay::is_sent(const Sending& sending, std::uint64_t number) {
-  return std::ranges::all_of(sending.frames, [number](const Awaited& awaited) {
+  const auto has_ended = [number](const Awaited& awaited) {
     return awaited.number != 0 && awaited.number <= number;
-  });
+  };
+  return sending.any_frame ? std::ranges::any_of(sending.frames, has_ended)
+                           : std::ranges::all_of(sending.frames, has_ended);
+}
+
+ReplyData FramesUnderWay::take_data(Sending& sending, std::uint64_t number) {
+  LINEGATE_ASSERT(is_sent(sending, number), "the frames were acknowledged");
+  if (sending.any_frame) {
+    const auto sent = std::ranges::find_if(sending.frames, [number](const Awaited& awaited) {
+      return awaited.number != 0 && awaited.number <= number;
+    });
+    std::get<WrittenByPdo>(sending.data).pdo = sent->sender();
+  }
+  return std::move(sending.data);
 }
 
 void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
@@ -44,7 +57,7 @@ void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
     for (Awaited& awaited : sending.frames) {
       if (awaited.number >= first && awaited.number <= last) {
         // The next frame of its PDO sends the value again.
-        awaited.number = awaited.tpdo != 0 ? 0 : kLost;
+        awaited.number = awaited.sender() != 0 && !awaited.is_only ? 0 : kLost;
       }
     }
   }
@@ -61,6 +74,26 @@ void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
         lost_first_ != 0 && first <= lost_last_ + 1 ? std::min(lost_first_, first) : first;
     lost_last_ = last;
   }
+}
+
+std::vector<FramesUnderWay::Sending> FramesUnderWay::give_up_values(
+    const std::function<bool(const Command&)>& is_gone) {
+  std::vector<Sending> unsent;
+  std::erase_if(sendings_, [&](Sending& sending) {
+    if (sending.is_report() || !is_gone(sending.command)) {
+      return false;
+    }
+    if (!sending.is_handed_out()) {
+      unsent.push_back(std::move(sending));
+      return true;
+    }
+    std::erase_if(sending.frames, [](const Awaited& awaited) { return awaited.number == 0; });
+    for (Awaited& awaited : sending.frames) {
+      awaited.is_only = true;
+    }
+    return false;
+  });
+  return unsent;
 }
 
 Instant FramesUnderWay::next_deadline() const {

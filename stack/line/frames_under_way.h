@@ -4,7 +4,9 @@
 // the bus acknowledged its frames.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -20,15 +22,23 @@ namespace linegate::line {
 class FramesUnderWay {
  public:
   // What a command waits for: a frame with the newest values of that TPDO, or a later sample of
-  // them; with tpdo 0 exactly this frame.
+  // them; with tpdo 0 exactly this frame, once.
   struct Awaited {
     std::uint16_t tpdo = 0;
     can::Frame frame{};
     // MPDO: any frame to the same destination, because a newer value replaces it
     bool any_value = false;
+    // MPDO in source address mode: the TPDO that sends it, and sends the value again if the frame
+    // is lost
+    std::uint16_t scanning_tpdo = 0;
     std::uint8_t device = 0;  // role device: node-ID of the device that sends the TPDO or frame
     std::uint64_t samples = pdo::Engine::kEverySample;  // sample count when the value was written
     std::uint64_t number = 0;                           // of the frame; 0 = not handed out yet
+
+    // No other frame has the value: it was replaced by the default of a reset
+    bool is_only = false;
+
+    std::uint16_t sender() const { return tpdo != 0 ? tpdo : scanning_tpdo; }
   };
   // An event that is emitted when the bus acknowledged a frame.
   struct Report {
@@ -41,10 +51,16 @@ class FramesUnderWay {
     Command command;
     std::vector<Awaited> frames;
     ReplyData data{};  // of the reply
+    // One of the frames suffices: each has the value that was written. `data` is WrittenByPdo.
+    bool any_frame = false;
     Instant deadline = kNever;
     Report report{};
 
     bool is_report() const { return report.events != nullptr; }
+    // Some frame of them.
+    bool is_handed_out() const {
+      return std::ranges::any_of(frames, [](const Awaited& frame) { return frame.number != 0; });
+    }
   };
   // Awaited::number of a lost frame
   static constexpr std::uint64_t kLost = std::numeric_limits<std::uint64_t>::max();
@@ -70,11 +86,17 @@ class FramesUnderWay {
   // The frames up to that number have ended: acknowledged, or lost. Returns false if that was known
   // before.
   bool ended(std::uint64_t number, Instant now);
-  // Whether all frames that the command waits for are among those up to that number.
+  // Whether all frames that the command waits for, or the one that suffices, are among those up to
+  // that number.
   static bool is_sent(const Sending& sending, std::uint64_t number);
+  // Precondition: is_sent(). With any_frame its TPDO is that of the frame that was acknowledged.
+  static ReplyData take_data(Sending& sending, std::uint64_t number);
   // The frames first..last were lost. Frames before `first` may still be under way: a channel
   // reports those that it refused when it accepts the others.
   void lost(std::uint64_t first, std::uint64_t last);
+  // The values that those commands wrote are gone. Removes and returns the commands without a
+  // frame; the others wait for the frames that they have.
+  std::vector<Sending> give_up_values(const std::function<bool(const Command&)>& is_gone);
   // Whether frames are under way and none was acknowledged for kStuck.
   bool is_stuck(Instant now) const { return handed_out_ > ended_ && now - progress_ >= kStuck; }
   static constexpr Duration kStuck = std::chrono::milliseconds(100);

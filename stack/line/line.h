@@ -282,6 +282,8 @@ class Line : protected ServiceHost {
   }
   // device: see FramesUnderWay::Awaited.
   void refuse_unsent(CommandKind kind, Refusal why, Instant now, std::uint8_t device);
+  void refuse_gone(const std::function<bool(const Command&)>& is_gone, Refusal why,
+                   Instant now) override;
   void cancel_sendings();
   // No frame is sent any more: gives each waiting command the reply of answer_unsent().
   void end_sendings(Instant now);

@@ -59,7 +59,7 @@ void Line::find_sendings(const can::Frame& frame, std::uint8_t from) {
         sending.report.event.time = now;
         sending.report.events->emit(sending.report.event);
       } else if (sent) {
-        reply(sending.command.tag, Error{}, std::move(sending.data));
+        reply(sending.command.tag, Error{}, FramesUnderWay::take_data(sending, number));
       }
       return sent;
     });
@@ -135,6 +135,13 @@ void Line::refuse_unsent(CommandKind kind, Refusal why, Instant now, std::uint8_
     }
     return gone;
   });
+}
+
+void Line::refuse_gone(const std::function<bool(const Command&)>& is_gone, Refusal why,
+                       Instant now) {
+  for (const FramesUnderWay::Sending& sending : under_way_.give_up_values(is_gone)) {
+    refuse(sending.command, why, now);
+  }
 }
 
 void Line::cancel_sendings() {

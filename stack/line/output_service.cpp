@@ -92,6 +92,26 @@ void OutputService::advance(Instant now) {
 
 void OutputService::before_boot(Instant now) {
   host().refuse_unsent(CommandKind::pdo_trigger, Refusal::wrong_state, now);
+  host().refuse_gone(
+      [this](const Command& command) {
+        const std::optional<std::uint32_t> own = own_entry_of(command);
+        return own && own_.is_reset(*own);
+      },
+      Refusal::wrong_state, now);
+}
+
+// The output of the own node that the command writes.
+std::optional<std::uint32_t> OutputService::own_entry_of(const Command& command) const {
+  const image::Layout& layout = parts_.image.layout(Direction::outputs);
+  std::vector<std::uint32_t> written;
+  if (const auto* const output = std::get_if<SingleOutput>(&command.request)) {
+    written = {output->entry};
+  } else if (const auto* const object = std::get_if<ObjectWrite>(&command.request)) {
+    written = entries_of(layout, object->node, object->address);
+  }
+  return written.empty() || layout.entries[written.front()].local_pdo != 0
+             ? std::nullopt
+             : std::optional(written.front());
 }
 
 // --- single values --------------------------------------------------------------------------
@@ -224,23 +244,22 @@ void OutputService::answer_write(Command command, std::span<const std::uint16_t>
 
 // Answers for an output that is an object of the own node. keep: see answer_write().
 void OutputService::answer_own(Command command, std::uint32_t entry, bool keep, Instant now) {
-  if (const std::uint16_t tpdo = own_.tpdo_of(entry); tpdo != 0) {
-    answer_write(std::move(command), std::span(&tpdo, 1), keep, now);
-    return;
-  }
-  const std::uint16_t tpdo = own_.mpdo_of(entry);
-  if (tpdo == 0) {
+  std::vector<FramesUnderWay::Awaited> frames = own_.frames_of(entry);
+  if (frames.empty()) {
     host().reply(command.tag, Error{}, {});  // read by SDO
     return;
   }
+  const std::uint16_t tpdo = frames.front().sender();
   const PdoWait wait = keep ? PdoWait::trigger : wait_of(tpdo);
   if (wait != PdoWait::none) {
     host().reply(command.tag, Error{}, way_of(tpdo, wait));
     return;
   }
-  const FramesUnderWay::Awaited awaited{.frame = own_.mpdo_frame_of(entry), .any_value = true};
-  host().answer_when_sent(
-      {.command = std::move(command), .frames = {awaited}, .data = way_of(tpdo, wait)}, now);
+  host().answer_when_sent({.command = std::move(command),
+                           .frames = std::move(frames),
+                           .data = way_of(tpdo, wait),
+                           .any_frame = true},
+                          now);
 }
 
 WrittenByPdo OutputService::way_of(std::uint16_t tpdo, PdoWait wait) const {
@@ -294,8 +313,8 @@ void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
     return;
   }
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
-  if (awaited.tpdo == 0) {  // sent by MPDO
-    const PdoWait on_the_way = awaited.number != 0 || stuck ? PdoWait::bus : PdoWait::turn;
+  if (sending.any_frame) {  // an object of the own node
+    const PdoWait on_the_way = sending.is_handed_out() || stuck ? PdoWait::bus : PdoWait::turn;
     const PdoWait wait = own == nmt::State::operational ? on_the_way : PdoWait::operational;
     const auto& way = std::get<WrittenByPdo>(sending.data);
     host().reply(sending.command.tag, Error{}, way_of(way.pdo, wait));

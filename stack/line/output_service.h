@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -102,6 +103,7 @@ class OutputService final : public Service {
   void write_object(Command command, Instant now);
   void write_by_pdo(Command command, std::span<const std::uint32_t> entries, Instant now);
   Refusal check_by_pdo(const ObjectWrite& request, std::span<const std::uint32_t> entries) const;
+  std::optional<std::uint32_t> own_entry_of(const Command& command) const;
   void refuse_fired(const Command& command, std::uint32_t entry, Instant now);
   void answer_write(Command command, std::span<const std::uint16_t> tpdos, bool keep, Instant now);
   void answer_own(Command command, std::uint32_t entry, bool keep, Instant now);

@@ -3,8 +3,6 @@
 
 #include <utility>
 
-#include "stack/line/mpdo_service.h"
-
 namespace linegate::line {
 
 using image::Direction;
@@ -74,6 +72,8 @@ void OwnOutputs::advance(Instant now) {
   const bool passive = flying_.is_passive();
   if (std::exchange(passive_, passive) && !passive) {
     transmitted_.request_mpdos(node_.pdos(), now);
+  } else if (!passive) {
+    transmitted_.request_new_mpdos(node_.pdos(), now);
   }
 }
 
@@ -121,17 +121,17 @@ void OwnOutputs::find_bus(Instant now) {
   transmitted_.find_bus(node_.pdos(), now, !passive_);
 }
 
+bool OwnOutputs::is_reset(std::uint32_t entry) const {
+  return image_.read_entry(Direction::outputs, entry) != values_[entry - first_];
+}
+
 OutputWait OwnOutputs::reason_of(std::uint32_t entry, bool stuck) const {
   return transmitted_.reason_of(entry, node_.pdos(), stuck);
 }
 
-std::uint16_t OwnOutputs::mpdo_of(std::uint32_t entry) const {
-  return transmitted_.is_scanned(entry) ? node_.pdos().scanning_tpdo() : std::uint16_t{0};
-}
-
-can::Frame OwnOutputs::mpdo_frame_of(std::uint32_t entry) const {
-  return mpdo_frame(node_.dictionary(), node_.pdos().scanning_tpdo(), config_.node_id,
-                    address_of(entry));
+std::vector<FramesUnderWay::Awaited> OwnOutputs::frames_of(std::uint32_t entry) {
+  transmitted_.follow(node_.pdos());
+  return transmitted_.frames_of(entry, node_);
 }
 
 }  // namespace linegate::line

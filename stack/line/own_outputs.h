@@ -13,6 +13,7 @@
 #include "stack/image/process_image.h"
 #include "stack/line/config.h"
 #include "stack/line/flying_master_service.h"
+#include "stack/line/frames_under_way.h"
 #include "stack/line/transmitted_outputs.h"
 #include "stack/node/node.h"
 
@@ -44,13 +45,12 @@ class OwnOutputs final : public image::OutputListener {
   void find_bus(Instant now);
 
   // Precondition of the following functions: the entry is one of these outputs.
+  // While the node boots: whether a reset has replaced the value that was written last.
+  bool is_reset(std::uint32_t entry) const;
   // See TransmittedOutputs.
   OutputWait reason_of(std::uint32_t entry, bool stuck) const;
-  std::uint16_t tpdo_of(std::uint32_t entry) const { return transmitted_.tpdo_of(entry); }
-  // The TPDO whose MPDOs send the output; 0 if there is none.
-  std::uint16_t mpdo_of(std::uint32_t entry) const;
-  // The MPDO that sends the output, without its value.
-  can::Frame mpdo_frame_of(std::uint32_t entry) const;
+  // The frames that send the output: any of its TPDOs, or its MPDO. Empty if it is read by SDO.
+  std::vector<FramesUnderWay::Awaited> frames_of(std::uint32_t entry);
 
  private:
   void output_written(std::uint32_t entry) override;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -45,6 +46,10 @@ class ServiceHost {
   virtual void answer_when_sent(FramesUnderWay::Sending sending, Instant now) = 0;
   // Refuses commands of that kind whose frame was dropped before it was handed to the bus.
   virtual void refuse_unsent(CommandKind kind, Refusal why, Instant now) = 0;
+  // The values that those commands wrote are gone: refuses the commands whose frame was not handed
+  // to the bus.
+  virtual void refuse_gone(const std::function<bool(const Command&)>& is_gone, Refusal why,
+                           Instant now) = 0;
   // Whether frames have been under way for too long, or the bus accepts none.
   virtual bool bus_is_stuck(Instant now) const = 0;
   // Whether the line was started, and not stopped since.

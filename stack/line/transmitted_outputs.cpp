@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stack/base/assert.h"
+#include "stack/line/mpdo_service.h"
 
 namespace linegate::line {
 
@@ -32,11 +33,15 @@ void TransmittedOutputs::follow(const pdo::Engine& pdos) {
   }
   const std::vector<Carried> before = std::exchange(carried_, {});
   const std::vector<Output> outputs = std::exchange(outputs_, std::vector<Output>(outputs_.size()));
+  const can::CobId cob_id = pdos.scanning_cob_id();
+  const bool same_mpdos = std::exchange(scanning_, cob_id) == cob_id;
   for (const Object& object : objects_) {
     const Output& old = outputs[object.entry - first_];
     Output& output = this->output(object.entry);
     output.is_scanned = pdos.scans(object.address);
-    output.is_transmitted = output.is_scanned && old.is_scanned && old.is_transmitted;
+    const bool was_so = same_mpdos && old.is_scanned;
+    output.is_transmitted = output.is_scanned && was_so && old.is_transmitted;
+    are_mpdos_new_ = are_mpdos_new_ || (output.is_scanned && !was_so);
   }
   for (const pdo::Engine::SentObject& object : pdos.sent_objects()) {
     const Object* const found = find(object.address);
@@ -102,13 +107,20 @@ void TransmittedOutputs::transmitted(od::Address source) {
   }
 }
 
-void TransmittedOutputs::request_mpdos(pdo::Engine& pdos, Instant now) const {
+void TransmittedOutputs::request_mpdos(pdo::Engine& pdos, Instant now) {
+  are_mpdos_new_ = false;
   for (const Object& object : objects_) {
     const Output& output = this->output(object.entry);
     if (output.is_scanned && !output.is_transmitted &&
-        image_.is_known(Direction::outputs, object.entry)) {
+        image_.is_known(Direction::outputs, object.entry) && pdos.awaits_trigger(object.address)) {
       pdos.value_changed(object.address, now);
     }
+  }
+}
+
+void TransmittedOutputs::request_new_mpdos(pdo::Engine& pdos, Instant now) {
+  if (are_mpdos_new_ && is_operational_ && !is_bus_lost_) {
+    request_mpdos(pdos, now);
   }
 }
 
@@ -173,9 +185,24 @@ bool TransmittedOutputs::awaits_trigger(std::uint32_t entry, const pdo::Engine& 
          (!output.is_scanned || pdos.awaits_trigger(od::Address{place.index, place.sub}));
 }
 
-std::uint16_t TransmittedOutputs::tpdo_of(std::uint32_t entry) const {
-  const auto found = std::ranges::find(carried_, entry, &Carried::entry);
-  return found == carried_.end() ? std::uint16_t{0} : found->tpdo();
+std::vector<FramesUnderWay::Awaited> TransmittedOutputs::frames_of(std::uint32_t entry,
+                                                                   const node::Node& node) const {
+  std::vector<FramesUnderWay::Awaited> frames;
+  for (const Carried& carried : carried_) {
+    const std::uint16_t tpdo = carried.tpdo();
+    if (carried.entry == entry && (frames.empty() || frames.back().tpdo != tpdo)) {
+      frames.push_back({.tpdo = tpdo, .samples = node.pdos().samples(tpdo)});
+    }
+  }
+  if (output(entry).is_scanned) {
+    const image::Entry& place = image_.layout(Direction::outputs).entries[entry];
+    const std::uint16_t tpdo = node.pdos().scanning_tpdo();
+    frames.push_back({.frame = mpdo_frame(node.dictionary(), tpdo, node.node_id(),
+                                          od::Address{place.index, place.sub}),
+                      .any_value = true,
+                      .scanning_tpdo = tpdo});
+  }
+  return frames;
 }
 
 OutputWait TransmittedOutputs::reason_of(std::uint32_t entry, const pdo::Engine& pdos,

@@ -14,8 +14,11 @@
 #include <vector>
 
 #include "stack/base/time.h"
+#include "stack/can/cob_id.h"
 #include "stack/image/process_image.h"
+#include "stack/line/frames_under_way.h"
 #include "stack/line/output_state.h"
+#include "stack/node/node.h"
 #include "stack/pdo/engine.h"
 
 namespace linegate::line {
@@ -46,9 +49,12 @@ class TransmittedOutputs {
   void transmitted(std::uint16_t tpdo, std::span<const std::byte> differs);
   // See pdo::Listener::mpdo_transmitted().
   void transmitted(od::Address source);
-  // Requests the MPDOs of all known outputs that were not transmitted: the engine requests none on
-  // entering Operational.
-  void request_mpdos(pdo::Engine& pdos, Instant now) const;
+  // Requests the MPDOs of all known outputs that were not transmitted and are not on their way: the
+  // engine requests none on entering Operational.
+  void request_mpdos(pdo::Engine& pdos, Instant now);
+  // The same if the TPDO that sends MPDOs was switched on, or has another COB-ID, since the last
+  // call of either.
+  void request_new_mpdos(pdo::Engine& pdos, Instant now);
   // The device entered or left Operational.
   void set_operational(bool operational);
   // Until the bus is back, nothing is transmitted.
@@ -60,8 +66,10 @@ class TransmittedOutputs {
   // What the entry waits for while the device is Operational. stuck: see Line::bus_is_stuck().
   // Precondition: it is known and not valid.
   OutputWait reason_of(std::uint32_t entry, const pdo::Engine& pdos, bool stuck) const;
-  // The first TPDO that carries the output, and whether MPDOs do; 0 if no TPDO does.
-  std::uint16_t tpdo_of(std::uint32_t entry) const;
+  // The frames of that device that send the output: any of its TPDOs, or its MPDO. Empty if none
+  // does at present.
+  std::vector<FramesUnderWay::Awaited> frames_of(std::uint32_t entry, const node::Node& node) const;
+  // MPDOs send it.
   bool is_scanned(std::uint32_t entry) const { return output(entry).is_scanned; }
 
  private:
@@ -98,6 +106,8 @@ class TransmittedOutputs {
   std::vector<Object> objects_;   // of the entries, ascending by address
   std::vector<Carried> carried_;  // ascending by TPDO
   std::uint64_t revision_ = 0;    // of the engine at the last follow(); 0 = none since assign()
+  can::CobId scanning_{can::CobId::kInvalidBit};  // of the TPDO that sends MPDOs
+  bool are_mpdos_new_ = false;  // it was switched on or changed since the last request_mpdos()
   bool is_operational_ = false;
   bool is_bus_lost_ = false;
 };

@@ -279,6 +279,7 @@ void VirtualDevice::follow(Instant now) {
   follow_lss(now);
   if (has_node_id()) {
     transmitted_.follow(node_->pdos());
+    transmitted_.request_new_mpdos(node_->pdos(), now);
   }
 }
 
@@ -435,6 +436,18 @@ void VirtualDevice::lose_bus() {
   inputs_lost();
   node_->pdos().forget_transmission();
   transmitted_.lose_bus();
+}
+
+std::vector<FramesUnderWay::Awaited> VirtualDevice::frames_of(std::uint32_t output) {
+  std::vector<FramesUnderWay::Awaited> frames;
+  if (has_node_id()) {
+    transmitted_.follow(node_->pdos());
+    frames = transmitted_.frames_of(output, *node_);
+  }
+  for (FramesUnderWay::Awaited& frame : frames) {
+    frame.device = id_;
+  }
+  return frames;
 }
 
 OutputWait VirtualDevice::reason_of(std::uint32_t output, bool stuck) const {

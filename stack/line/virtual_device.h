@@ -66,6 +66,8 @@ class VirtualDevice final : node::Application {
   void find_bus(Instant now) { transmitted_.find_bus(node_->pdos(), now); }
   // Why the output entry is not valid. stuck: see Line::bus_is_stuck(). Precondition: it is not.
   OutputWait reason_of(std::uint32_t output, bool stuck) const;
+  // The frames that send the output entry, see TransmittedOutputs::frames_of().
+  std::vector<FramesUnderWay::Awaited> frames_of(std::uint32_t output);
   // Sends an EMCY on behalf of the application.
   emcy::SendResult send_emcy(std::uint16_t code, std::uint8_t error_register,
                              std::span<const std::byte> info, Instant now);

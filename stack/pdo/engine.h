@@ -297,8 +297,6 @@ class Engine {
   // as by trigger(), unless their receiver is `waiting`. MPDOs in source address mode are requested
   // with the present value.
   void lost(std::uint64_t first, std::uint64_t last);
-  // Number of the first valid TPDO that maps the object; 0 if there is none.
-  std::uint16_t first_tpdo(od::Address address) const;
   // Number of samples of that TPDO since it was configured; 0 if there is no such TPDO. number: 1..
   std::uint64_t samples(std::uint16_t number) const;
   static constexpr std::uint64_t kEverySample = std::numeric_limits<std::uint64_t>::max();
@@ -328,6 +326,8 @@ class Engine {
   bool awaits_trigger(const SentObject& object) const;
   // Number of the valid TPDO that sends MPDOs in source address mode; 0 if there is none.
   std::uint16_t scanning_tpdo() const;
+  // Its COB-ID; not a valid one if there is none.
+  can::CobId scanning_cob_id() const;
   // Whether that TPDO sends the object: it is in the scanner list, exists, and can be mapped. The
   // same until revision() changes.
   bool scans(od::Address source) const;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Multiplexed PDOs: from the frame to the addressed object, and back.
-#include <functional>
-
 #include "stack/base/byte_order.h"
 #include "stack/pdo/engine_impl.h"
 
@@ -255,6 +253,11 @@ std::uint16_t Engine::scanning_tpdo() const {
                             : std::uint16_t{0};
 }
 
+can::CobId Engine::scanning_cob_id() const {
+  return impl_->source_tpdo ? impl_->tpdos[*impl_->source_tpdo].cob_id
+                            : can::CobId{can::CobId::kInvalidBit};
+}
+
 bool Engine::scans(od::Address source) const {
   return impl_->source_tpdo && impl_->scanner_list.contains(source) &&
          check_mpdo_object(impl_->dictionary, false, source) == AbortCode::none;
@@ -266,11 +269,15 @@ bool Engine::awaits_trigger(od::Address source) const {
   }
   const MpdoData present = impl_->present_mpdo(source).value_or(MpdoData{});
   const Tpdo& pdo = impl_->tpdos[*impl_->source_tpdo];
-  const auto has = [&present](const auto& mpdos, auto data) {
-    return std::ranges::find(mpdos, present, data) != mpdos.end();
-  };
-  return !has(pdo.mpdos, std::identity()) && !has(pdo.held_mpdos, std::identity()) &&
-         !has(impl_->mpdos_under_way, &Impl::MpdoUnderWay::data);
+  // The frame that is sent last decides.
+  for (const std::vector<MpdoData>* const waiting : {&pdo.held_mpdos, &pdo.mpdos}) {
+    const auto newest = std::ranges::find(*waiting, source, source_of);
+    if (newest != waiting->end()) {
+      return *newest != present;
+    }
+  }
+  return std::ranges::find(impl_->mpdos_under_way, present, &Impl::MpdoUnderWay::data) ==
+         impl_->mpdos_under_way.end();
 }
 
 }  // namespace linegate::pdo

@@ -24,14 +24,6 @@ std::optional<TpdoValue> Engine::value(od::Address address) const {
   return out;
 }
 
-std::uint16_t Engine::first_tpdo(od::Address address) const {
-  std::uint16_t first = 0;
-  impl_->object_sources.for_each(address, [&first](std::uint16_t slot) {
-    first = first == 0 ? static_cast<std::uint16_t>(slot + 1) : first;
-  });
-  return first;
-}
-
 std::uint64_t Engine::samples(std::uint16_t number) const {
   return number == 0 || number > impl_->tpdos.size() ? 0 : impl_->tpdos[number - 1U].samples;
 }

@@ -444,6 +444,41 @@ TEST_F(ScannedOutputsOfDevices, ASingleWriteIsAnsweredWhenItsMpdoIsAcknowledged)
   EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{2, PdoWait::bus}}));
 }
 
+TEST_F(ScannedOutputsOfDevices, AValueThatReturnsReplacesTheMpdoThatWaits) {
+  run(with_mpdo());
+  write(status(), 4);
+  ASSERT_THAT(hand_out(), ElementsAre("285#0500200004000000"));
+  write(status(), 5);
+  write(status(), 4);
+  EXPECT_THAT(hand_out(), ElementsAre("285#0500200004000000"));
+  acknowledge_all();
+  EXPECT_TRUE(valid(status()));
+}
+
+TEST_F(ScannedOutputsOfDevices, ASingleWriteWhoseMpdoIsLostIsAnsweredByItsRepetition) {
+  run(with_mpdo());
+  write_by_hand(4);
+  ASSERT_THAT(hand_out(), ElementsAre("285#0500200004000000"));
+  line_->lost(given_, given_);
+  EXPECT_FALSE(is_answered());
+  settle();
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{2, PdoWait::none}}));
+}
+
+TEST_F(ScannedOutputsOfDevices, AreSentWhenTheirTpdoIsSwitchedOnWithAnotherCobId) {
+  run(with_mpdo());
+  write(status(), 4);
+  settle();
+  download(0x1801, 1, 0x8000'0285, 4);
+  EXPECT_TRUE(valid(status())) << "no PDO carries it: the master reads it by SDO";
+  write(status(), 5);
+  download(0x1801, 1, 0x0000'0286, 4);
+  EXPECT_FALSE(valid(status()));
+  EXPECT_THAT(hand_out(), testing::Contains("286#0500200005000000"));
+  acknowledge_all();
+  EXPECT_TRUE(valid(status()));
+}
+
 TEST_F(OutputsOfDevices, FollowTheMappingOfTheMaster) {
   run();
   write(kStatus5, 4);

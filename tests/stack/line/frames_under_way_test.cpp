@@ -55,5 +55,30 @@ TEST_F(FramesUnderWayTest, AdjacentLossesEndTogether) {
   EXPECT_FALSE(any());
 }
 
+TEST_F(FramesUnderWayTest, OnlyWhatIsSentAgainIsAwaitedAfterALoss) {
+  FramesUnderWay::Awaited once{.number = 1};
+  FramesUnderWay::Awaited of_tpdo{.tpdo = 3, .number = 2};
+  FramesUnderWay::Awaited scanned{.scanning_tpdo = 4, .number = 3};
+  frames.add({.command = {}, .frames = {once, of_tpdo, scanned}});
+  hand_out(3);
+  frames.lost(1, 3);
+  const auto& awaited = frames.sendings().front().frames;
+  EXPECT_EQ(awaited[0].number, FramesUnderWay::kLost);
+  EXPECT_EQ(awaited[1].number, 0U);
+  EXPECT_EQ(awaited[2].number, 0U);
+}
+
+TEST_F(FramesUnderWayTest, AnyFrameSufficesIfEachHasTheValue) {
+  FramesUnderWay::Sending sending{.command = {},
+                                  .frames = {{.tpdo = 3}, {.scanning_tpdo = 4, .number = 7}},
+                                  .data = WrittenByPdo{3, PdoWait::none},
+                                  .any_frame = true};
+  EXPECT_FALSE(FramesUnderWay::is_sent(sending, 6));
+  ASSERT_TRUE(FramesUnderWay::is_sent(sending, 7));
+  EXPECT_EQ(FramesUnderWay::take_data(sending, 7), (ReplyData{WrittenByPdo{4, PdoWait::none}}));
+  sending.any_frame = false;
+  EXPECT_FALSE(FramesUnderWay::is_sent(sending, 7));
+}
+
 }  // namespace
 }  // namespace linegate::line

@@ -256,6 +256,116 @@ TEST_F(OwnOutputsTest, ASingleWriteThatIsNotAcknowledgedIsAnsweredWithTheReason)
   EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{11, PdoWait::bus}}));
 }
 
+// The reset replaces the value by its default, which is sent.
+TEST_F(OwnOutputsTest, ASingleWriteIsNotAnsweredByAFrameWithTheDefaultOfAReset) {
+  run();
+  write_by_hand(kOwnResult, 4);
+  write_by_hand(kOwnScanned, 4);
+  line_->execute({.request = NmtRequest{.node = 127, .command = nmt::Command::reset_node}}, now_);
+  line_->advance(now_);
+  settle();
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+  EXPECT_TRUE(answer().ok()) << "the NMT command";
+}
+
+TEST_F(OwnOutputsTest, ASingleWriteWhoseFrameIsLostInAResetWaitsForTheBus) {
+  run();
+  write_by_hand(kOwnResult, 4);
+  ASSERT_THAT(hand_out(), ElementsAre("3AA#04000000"));
+  command_own(nmt::Command::reset_node);
+  line_->lost(given_, given_);
+  settle();
+  EXPECT_FALSE(is_answered());
+  pass(kSendTime);
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{10, PdoWait::bus}}));
+}
+
+// Reset communication keeps the value.
+TEST_F(OwnOutputsTest, ASingleWriteIsAnsweredByItsFrameAfterResetCommunication) {
+  run();
+  write_by_hand(kOwnResult, 4);
+  command_own(nmt::Command::reset_communication);
+  EXPECT_THAT(hand_out(), Contains("3AA#04000000"));
+  acknowledge_all();
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{10, PdoWait::none}}));
+}
+
+// The frame under way has the present value, but it is not the last one.
+TEST_F(OwnOutputsTest, AValueThatReturnsReplacesTheMpdoThatWaits) {
+  run();
+  write(kOwnScanned, 4);
+  ASSERT_THAT(hand_out(), ElementsAre("3AB#7F00610404000000"));
+  write(kOwnScanned, 5);
+  write(kOwnScanned, 4);
+  EXPECT_THAT(hand_out(), ElementsAre("3AB#7F00610404000000"));
+  acknowledge_all();
+  EXPECT_TRUE(valid(kOwnScanned));
+}
+
+TEST_F(OwnOutputsTest, ASingleWriteWhoseMpdoIsLostIsAnsweredByItsRepetition) {
+  run();
+  write_by_hand(kOwnScanned, 4);
+  ASSERT_THAT(hand_out(), ElementsAre("3AB#7F00610404000000"));
+  line_->lost(given_, given_);
+  line_->acknowledged(given_, now_);
+  EXPECT_FALSE(is_answered());
+  settle();
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{11, PdoWait::none}}));
+  EXPECT_TRUE(valid(kOwnScanned));
+}
+
+// TPDO 9 sends the value only with SYNC, and TPDO 10 at once.
+TEST_F(OwnOutputsTest, ASingleWriteIsAnsweredByTheFirstOfItsTpdosThatIsAcknowledged) {
+  LineConfig config = with_own_outputs();
+  pdo::Parameters tpdo = config.forwarding.tpdos.front();
+  tpdo.number = 9;
+  tpdo.cob_id = {0x3A9 | can::CobId::kNoRtrBit};
+  tpdo.type = 1;
+  config.forwarding.tpdos.insert(config.forwarding.tpdos.begin(), tpdo);
+  run(std::move(config));
+  write_by_hand(kOwnResult, 4);
+  ASSERT_THAT(hand_out(), ElementsAre("3AA#04000000"));
+  EXPECT_FALSE(is_answered());
+  acknowledge_all();
+  EXPECT_TRUE(valid(kOwnResult));
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{10, PdoWait::none}}));
+  write_by_hand(kOwnResult, 5);
+  ASSERT_THAT(hand_out(), ElementsAre("3AA#05000000"));
+  pass(kSendTime);
+  EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{9, PdoWait::bus}}));
+}
+
+TEST_F(OwnOutputsTest, OfMpdosWithAnotherCobIdAreSentAgain) {
+  run();
+  write(kOwnScanned, 5);
+  settle();
+  ASSERT_TRUE(valid(kOwnScanned));
+  od::Dictionary& own = line_->dictionary();
+  ASSERT_TRUE(own.set({0x180A, 1}, 0x4000'03ACU));
+  line_->advance(now_);
+  EXPECT_FALSE(valid(kOwnScanned)) << "its consumers have the value under another COB-ID";
+  EXPECT_THAT(hand_out(), ElementsAre("3AC#7F00610405000000"));
+  acknowledge_all();
+  EXPECT_TRUE(valid(kOwnScanned));
+}
+
+TEST_F(OwnOutputsTest, OfMpdosThatAreSwitchedOnAreSent) {
+  run();
+  od::Dictionary& own = line_->dictionary();
+  write(kOwnScanned, 5);
+  ASSERT_TRUE(own.set({0x180A, 1}, 0xC000'03ABU));
+  line_->advance(now_);
+  EXPECT_THAT(hand_out(), IsEmpty());
+  EXPECT_TRUE(valid(kOwnScanned)) << "it is read by SDO now";
+  ASSERT_TRUE(own.set({0x180A, 1}, 0x4000'03ABU));
+  line_->advance(now_);
+  EXPECT_FALSE(valid(kOwnScanned));
+  EXPECT_THAT(hand_out(), ElementsAre("3AB#7F00610405000000"));
+  acknowledge_all();
+  EXPECT_TRUE(valid(kOwnScanned));
+}
+
 TEST_F(OwnOutputsTest, AnObjectWriteIsAnsweredWhenItsFrameIsAcknowledged) {
   run();
   const auto write_object = [this](std::uint8_t sub, bool keep) {
@@ -313,8 +423,7 @@ TEST_F(OwnOutputsTest, FollowTheMappingAndTheScannerList) {
   line_->advance(now_);
   EXPECT_TRUE(valid(kOwnScanned)) << "it is read by SDO now";
   EXPECT_FALSE(valid(kOwnRead)) << "no MPDO had it";
-  EXPECT_EQ(reason(kOwnRead), OutputWait::trigger);
-  write(kOwnRead, 4);
+  EXPECT_EQ(reason(kOwnRead), OutputWait::turn);
   EXPECT_THAT(hand_out(), ElementsAre("3AB#7F00610304000000"));
   acknowledge_all();
   EXPECT_TRUE(valid(kOwnRead));

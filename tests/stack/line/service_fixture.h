@@ -51,6 +51,16 @@ class RecordingHost final : public ServiceHost {
   void answer_when_sent(FramesUnderWay::Sending sending, Instant /*now*/) override {
     sendings_.push_back(std::move(sending));
   }
+  void refuse_gone(const std::function<bool(const Command&)>& is_gone, Refusal why,
+                   Instant now) override {
+    std::erase_if(sendings_, [&](const FramesUnderWay::Sending& sending) {
+      const bool gone = is_gone(sending.command);
+      if (gone) {
+        refuse(sending.command, why, now, 0, {});
+      }
+      return gone;
+    });
+  }
   void refuse_unsent(CommandKind of, Refusal why, Instant now) override {
     std::erase_if(sendings_, [&](const FramesUnderWay::Sending& sending) {
       if (kind(sending.command) == of) {
