@@ -121,12 +121,15 @@ std::vector<std::size_t> AnswerModel::entries_of(const line::Command& command) c
   return out;
 }
 
+// OwnOutputModel judges those of the own node.
 bool AnswerModel::is_single_output(const line::Command& command) const {
   using enum line::CommandKind;
   const line::CommandKind asked = line::kind(command);
   const bool writes = asked == output_write || asked == object_write;
   const auto entries = writes ? entries_of(command) : std::vector<std::size_t>{};
-  return !entries.empty() && entries.front() < fields_.size();
+  const auto& places = line_.layout(image::Direction::outputs).entries;
+  return !entries.empty() && entries.front() < fields_.size() &&
+         places[entries.front()].local_pdo != 0;
 }
 
 bool AnswerModel::is_unconfirmed(const line::Command& command) const {

@@ -330,6 +330,12 @@ class Generator {
         }
       }
       at(time + below_own(kNear)) << "write 0 arming " << ++arming_ << values.str();
+      for (unsigned sub = 1; sub <= 4; ++sub) {
+        if (below_own(4) == 0) {
+          at(time + below_own(kNear))
+              << "output 127.2101:" << sub << " = " << (below_own(2) == 0 ? "22" : "5C") << "00";
+        }
+      }
     }
   }
 

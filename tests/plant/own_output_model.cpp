@@ -33,20 +33,79 @@ OwnOutputModel::OwnOutputModel(line::Line& line) : line_(line) {
       unsigned bit = 0;
       for (const pdo::Mapping& mapping : tpdo.mapping) {
         if (mapping.address == address) {
-          output.is_sent = true;
-          output.cob_id = tpdo.cob_id;
-          output.bit = bit;
+          output.ways.push_back({.tpdo = tpdo.number, .cob_id = tpdo.cob_id, .bit = bit});
         }
         bit += mapping.bits;
       }
       if (tpdo.mpdo == pdo::MpdoMode::source && is_in_list(config.mpdo_scanner, address)) {
-        output.is_sent = output.by_mpdo = true;
-        output.cob_id = tpdo.cob_id;
-        output.bit = 32;
+        output.ways.push_back(
+            {.tpdo = tpdo.number, .by_mpdo = true, .cob_id = tpdo.cob_id, .bit = 32});
       }
     }
     outputs_.push_back(std::move(output));
   }
+}
+
+const OwnOutputModel::Output* OwnOutputModel::find(std::size_t entry) const {
+  const auto found = std::ranges::find(outputs_, entry, &Output::entry);
+  return found == outputs_.end() ? nullptr : &*found;
+}
+
+void OwnOutputModel::note_value(std::size_t entry, std::uint64_t value) {
+  for (auto& [tag, asked] : asked_) {
+    if (asked.entry == entry) {
+      asked.values.push_back(value);
+    }
+  }
+}
+
+void OwnOutputModel::commanded(const line::Command& command) {
+  const auto* const output = std::get_if<line::SingleOutput>(&command.request);
+  if (output == nullptr || find(output->entry) == nullptr) {
+    return;
+  }
+  const std::uint64_t value =
+      bits_of(output->data, 0, static_cast<unsigned>(8 * output->data.size()));
+  note_value(output->entry, value);
+  asked_[command.tag] = {.entry = output->entry, .after = submitted_, .values = {value}};
+}
+
+void OwnOutputModel::written(const line::OutputWrite& write) {
+  for (const line::OutputValue& value : write.values) {
+    note_value(value.entry, bits_of(value.data, 0, 8U * value.length));
+  }
+  zeroes_ = zeroes_ || (write.reactions & line::kZeroOutputs) != 0;
+}
+
+std::string OwnOutputModel::answered(const line::Reply& reply) {
+  const auto found = asked_.find(reply.tag);
+  if (found == asked_.end()) {
+    return {};
+  }
+  const Asked asked = std::move(found->second);
+  asked_.erase(found);
+  if (!reply.ok()) {
+    return {};
+  }
+  const Output& output = *find(asked.entry);
+  const auto* const way = std::get_if<line::WrittenByPdo>(&reply.data);
+  if (way == nullptr) {
+    return output.ways.empty() ? "" : "a PDO sends the output, and the answer names none";
+  }
+  const std::string pdo = "PDO " + std::to_string(way->pdo);
+  if (std::ranges::find(output.ways, way->pdo, &Way::tpdo) == output.ways.end()) {
+    return pdo + " does not send the output";
+  }
+  const bool operational = line_.state().own_state == nmt::State::operational;
+  if (way->wait == line::PdoWait::operational && operational) {
+    return "it waits for the own node, which is Operational";
+  }
+  const bool sent = std::ranges::find(asked.sent_by, way->pdo) != asked.sent_by.end();
+  if (way->wait != line::PdoWait::none) {
+    return !asked.sent_by.empty() ? "the value was sent, and the answer is that it waits" : "";
+  }
+  ++writes_sent_;
+  return sent ? "" : "no frame of " + pdo + " with the value was acknowledged";
 }
 
 void OwnOutputModel::before_receive(const can::Frame& frame) {
@@ -57,21 +116,23 @@ void OwnOutputModel::before_receive(const can::Frame& frame) {
   }
 }
 
-bool OwnOutputModel::carries(const Output& output, const can::Frame& frame) const {
-  if (!output.is_sent || frame.id != output.cob_id.id() || frame.extended() || frame.remote()) {
+bool OwnOutputModel::carries(const Output& output, const Way& way, const can::Frame& frame) const {
+  if (frame.id != way.cob_id.id() || frame.extended() || frame.remote()) {
     return false;
   }
-  const auto mpdo = output.by_mpdo ? pdo::decode_mpdo(frame) : std::nullopt;
+  const auto mpdo = way.by_mpdo ? pdo::decode_mpdo(frame) : std::nullopt;
   const image::Entry& entry = line_.layout(image::Direction::outputs).entries[output.entry];
-  return !output.by_mpdo || (mpdo && mpdo->address == od::Address{entry.index, entry.sub});
+  return !way.by_mpdo || (mpdo && mpdo->address == od::Address{entry.index, entry.sub});
 }
 
 void OwnOutputModel::submitted(const can::Frame& frame) {
   ++submitted_;
   for (Output& output : outputs_) {
-    if (carries(output, frame)) {
-      const image::Entry& entry = line_.layout(image::Direction::outputs).entries[output.entry];
-      output.under_way.emplace_back(submitted_, bits_of(frame.data, output.bit, entry.bit_length));
+    for (Way& way : output.ways) {
+      if (carries(output, way, frame)) {
+        const image::Entry& entry = line_.layout(image::Direction::outputs).entries[output.entry];
+        way.under_way.emplace_back(submitted_, bits_of(frame.data, way.bit, entry.bit_length));
+      }
     }
   }
 }
@@ -79,18 +140,33 @@ void OwnOutputModel::submitted(const can::Frame& frame) {
 void OwnOutputModel::acknowledged(std::uint64_t number) {
   acknowledged_ = number;
   for (Output& output : outputs_) {
-    for (; !output.under_way.empty() && output.under_way.front().first <= number;
-         output.under_way.pop_front()) {
-      std::tie(output.number, output.value) = output.under_way.front();
+    for (Way& way : output.ways) {
+      for (; !way.under_way.empty() && way.under_way.front().first <= number;
+           way.under_way.pop_front()) {
+        std::tie(way.number, way.value) = way.under_way.front();
+        note_acknowledged(output, way);
+      }
+    }
+  }
+}
+
+void OwnOutputModel::note_acknowledged(const Output& output, const Way& way) {
+  for (auto& [tag, asked] : asked_) {
+    if (asked.entry == output.entry && way.number > asked.after &&
+        (std::ranges::find(asked.values, way.value) != asked.values.end() ||
+         (zeroes_ && way.value == 0))) {
+      asked.sent_by.push_back(way.tpdo);
     }
   }
 }
 
 void OwnOutputModel::lost(std::uint64_t first, std::uint64_t last) {
   for (Output& output : outputs_) {
-    std::erase_if(output.under_way, [first, last](const auto& frame) {
-      return frame.first >= first && frame.first <= last;
-    });
+    for (Way& way : output.ways) {
+      std::erase_if(way.under_way, [first, last](const auto& frame) {
+        return frame.first >= first && frame.first <= last;
+      });
+    }
   }
 }
 
@@ -133,17 +209,17 @@ std::string OwnOutputModel::check_valid(const Output& output) {
   if (is_off_bus_) {
     return "the line is off the bus";
   }
-  if (!output.is_sent) {
+  if (output.ways.empty()) {
     return {};
   }
-  if (output.number <= started_after_) {
-    return "no frame with it was acknowledged since the start of the own node";
-  }
-  ++compared_;
   const image::Entry& entry = line_.layout(image::Direction::outputs).entries[output.entry];
-  return output.value == bits_of(snapshot_.bytes, entry.bit_offset, entry.bit_length)
+  const std::uint64_t value = bits_of(snapshot_.bytes, entry.bit_offset, entry.bit_length);
+  ++compared_;
+  return std::ranges::any_of(
+             output.ways,
+             [&](const Way& way) { return way.number > started_after_ && way.value == value; })
              ? std::string()
-             : "the newest frame with it has another value";
+             : "no newest frame since the start of the own node has its value";
 }
 
 std::string OwnOutputModel::check_waits(bool operational) const {

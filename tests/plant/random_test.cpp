@@ -18,22 +18,36 @@ constexpr unsigned kFdPlants = 40;
 
 class PartOfRandomPlants : public testing::TestWithParam<unsigned> {};
 
-void run_plants(unsigned long first, unsigned long count) {
+// have_own_outputs: a third of these plants; a model without comparisons cannot fail.
+void run_plants(unsigned long first, unsigned long count, bool have_own_outputs) {
+  constexpr unsigned long kEnough = 15;
   std::printf("random plants: %lu from seed %lu on\n", count, first);
   const bool shrinks = from_environment("LINEGATE_PLANT_SHRINK", 1) != 0;
   unsigned long frames = 0;
   unsigned long steps = 0;
+  Outcome sum;
   for (unsigned long seed = first; seed < first + count; ++seed) {
     const std::string text = generate(seed);
     const Outcome outcome = run_scenario("seed " + std::to_string(seed), text, seed);
     frames += outcome.frames;
     steps += outcome.steps;
+    sum.outputs += outcome.outputs;
+    sum.own_outputs += outcome.own_outputs;
+    sum.own_writes += outcome.own_writes;
     ASSERT_TRUE(outcome.ok()) << outcome.failure << "\nlast events:\n"
                               << outcome.history << "\nscenario:\n"
                               << (shrinks ? shrink(text, seed) : text);
   }
-  std::printf("random plants: %lu plants, %lu frames, %lu steps\n", count, frames, steps);
+  std::printf(
+      "random plants: %lu plants, %lu frames, %lu steps, compared %lu outputs, %lu own "
+      "outputs, %lu own writes\n",
+      count, frames, steps, sum.outputs, sum.own_outputs, sum.own_writes);
   EXPECT_GE(frames, count * 100);
+  if (count >= kEnough) {
+    EXPECT_GE(sum.outputs, count * 100);
+    EXPECT_EQ(sum.own_outputs > count * 10, have_own_outputs);
+    EXPECT_EQ(sum.own_writes > 0, have_own_outputs);
+  }
 }
 
 // LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT select other plants: a failure is repeated with its
@@ -43,7 +57,7 @@ TEST_P(PartOfRandomPlants, HoldsEveryOracleAndComesToRest) {
   const Seeds all = seeds_of_run(kFirstSeed, kPlants);
   const unsigned long begin = all.count * GetParam() / kParts;
   const unsigned long count = all.count * (GetParam() + 1) / kParts - begin;
-  run_plants(all.first + begin, count);
+  run_plants(all.first + begin, count, true);
 }
 
 INSTANTIATE_TEST_SUITE_P(Random, PartOfRandomPlants, testing::Range(0U, kParts));
@@ -51,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(Random, PartOfRandomPlants, testing::Range(0U, kParts))
 // LINEGATE_PLANT_FD_COUNT is their number.
 TEST(RandomPlants, OfCanopenFdHoldEveryOracleAndComeToRest) {
   const unsigned long usual = kIsSanitized ? kFdPlants / 4 : kFdPlants;
-  run_plants(kFirstFdSeed, from_environment("LINEGATE_PLANT_FD_COUNT", usual));
+  run_plants(kFirstFdSeed, from_environment("LINEGATE_PLANT_FD_COUNT", usual), false);
 }
 
 TEST(RandomPlants, TheSameSeedIsTheSamePlantFrameByFrame) {

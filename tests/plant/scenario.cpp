@@ -147,6 +147,9 @@ Outcome run_scenario(std::string_view title, std::string_view text, unsigned lon
   }
   for (const auto& seat : scenario.world().lines()) {
     outcome.frames += seat->bus.frames();
+    outcome.outputs += seat->outputs->compared();
+    outcome.own_outputs += seat->own_outputs->compared();
+    outcome.own_writes += seat->own_outputs->writes_sent();
   }
   outcome.steps = scenario.world().steps();
   outcome.expectations = scenario.expectations();

@@ -2,6 +2,7 @@
 // Scenarios as text that a CANopen engineer can read and write; README.md describes the language.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,11 @@ struct Outcome {
   unsigned long frames = 0;   // number of frames on all buses
   unsigned long steps = 0;    // number of steps of the world; its models were compared after each
   unsigned expectations = 0;  // number of checked expectations
+  // Numbers of comparisons since the last start of each line: of valid outputs with their device,
+  // of valid outputs of the own node with their frame, and of single writes to these
+  std::uint64_t outputs = 0;
+  std::uint64_t own_outputs = 0;
+  std::uint64_t own_writes = 0;
 
   bool ok() const { return failure.empty(); }
 };

@@ -165,6 +165,7 @@ void Scenario::command(line::Command request, const std::string& name) {
   ++commands_[&seat()];
   seat().silence.commanded(request);
   seat().answers->commanded(request, world_.now());
+  seat().own_outputs->commanded(request);
   seat().outputs->commanded(seat(), request);
   seat().line->execute(std::move(request), world_.now());
 }
@@ -285,6 +286,7 @@ void Scenario::group_write(Words& words) {
     }
   }
   seat().answers->written(write);
+  seat().own_outputs->written(write);
   seat().line->write_outputs(write, world_.now());
 }
 

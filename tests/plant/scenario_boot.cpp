@@ -30,13 +30,14 @@ void give_own_mpdo(line::LineConfig& config) {
   config.forwarding.tpdos.push_back(std::move(mpdo));
 }
 
-// 2101h: outputs. TPDO 101 maps :1 and :2, TPDO 102 sends :3 by MPDO in source address mode, no PDO
-// carries :4.
+// 2101h: outputs. TPDO 101 maps :1 and :2, TPDO 102 sends :3 by MPDO in source address mode, TPDO
+// 103 maps :2 and is sent with SYNC, no PDO carries :4.
 void give_own_outputs(line::LineConfig& config) {
   constexpr std::uint16_t kIndex = 0x2101;
   constexpr std::uint16_t kTpdo = 101;
   constexpr std::uint32_t kTpdoId = 0x180;  // + node-ID, of the pre-defined connection set
   constexpr std::uint32_t kMpdoId = 0x280;
+  constexpr std::uint32_t kSyncId = 0x380;
   for (std::uint8_t sub = 1; sub <= 4; ++sub) {
     line::OwnObject object{.index = kIndex, .variable = {}, .in_image = true};
     object.variable.sub = sub;
@@ -54,8 +55,14 @@ void give_own_outputs(line::LineConfig& config) {
   mpdo.number = kTpdo + 1;
   mpdo.cob_id = {(kMpdoId + config.node_id) | can::CobId::kNoRtrBit};
   mpdo.mpdo = pdo::MpdoMode::source;
+  pdo::Parameters with_sync;
+  with_sync.number = kTpdo + 2;
+  with_sync.cob_id = {(kSyncId + config.node_id) | can::CobId::kNoRtrBit};
+  with_sync.type = 0;
+  with_sync.mapping = {{{kIndex, 2}, 16}};
   config.forwarding.tpdos.push_back(std::move(tpdo));
   config.forwarding.tpdos.push_back(std::move(mpdo));
+  config.forwarding.tpdos.push_back(std::move(with_sync));
   config.mpdo_scanner.push_back(0x01'0000'03U | std::uint32_t{kIndex} << 8U);
 }
 

@@ -234,10 +234,11 @@ void SilenceModel::before_receive(const can::Frame& frame) {
   }
 }
 
+bool SilenceModel::is_of_protocol(const can::Frame& frame) const {
+  return fd_ ? is_of_canopen_fd(frame) : !frame.fd();
+}
+
 bool SilenceModel::is_allowed(const can::Frame& frame) const {
-  if (fd_ ? !is_of_canopen_fd(frame) : frame.fd()) {
-    return false;
-  }
   if (frame.extended()) {
     return allowed_extended_.contains(frame.id);
   }
@@ -250,6 +251,9 @@ bool SilenceModel::is_allowed(const can::Frame& frame) const {
 }
 
 std::string SilenceModel::sends(const can::Frame& frame) {
+  if (!is_of_protocol(frame)) {
+    return "its protocol does not have " + text_of(frame);
+  }
   if (frame.id == 0 && !frame.extended()) {
     follow_own_reset(static_cast<std::uint8_t>(byte_of(frame, 0)),
                      static_cast<std::uint8_t>(byte_of(frame, 1)));

@@ -38,6 +38,7 @@ class SilenceModel {
   void allow_pdos(const od::DeviceDescription& device, bool rpdos);
   void note_tpdos(const line::NodeConfig& node);
   void follow_own_reset(std::uint8_t command, std::uint8_t node);
+  bool is_of_protocol(const can::Frame& frame) const;
   bool is_allowed(const can::Frame& frame) const;
   std::string check_download(const can::Frame& frame) const;
 

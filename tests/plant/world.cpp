@@ -531,6 +531,9 @@ void World::judge_replies(LineSeat& seat) {
     if (std::string text = seat.answers->answered(reply, seat.events, now_); !text.empty()) {
       fail("answers: " + text);
     }
+    if (std::string text = seat.own_outputs->answered(reply); !text.empty()) {
+      fail("answers of own outputs: " + text);
+    }
   }
 }
 
