@@ -122,6 +122,8 @@ class Client {
   virtual std::string name() const { return {}; }
 
   virtual Discovery discovery() const { return {}; }
+  // Whether a gateway in the domain has a DataWriter of layouts: without one none arrives.
+  virtual bool may_receive_layouts() const { return false; }
 
   // Processes received samples; waits up to `timeout` if there are none.
   virtual void poll(Duration timeout, Listener& listener) = 0;

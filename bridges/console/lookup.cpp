@@ -105,8 +105,9 @@ std::string no_line_text(const Context& context, const Model& model, const std::
 
 namespace {
 
-bool poll_until(Context& context, Model& model, const std::function<bool()>& condition) {
-  const auto end = Clock::now() + context.wait;
+bool poll_until(Context& context, Model& model, const std::function<bool()>& condition,
+                Duration most) {
+  const auto end = Clock::now() + most;
   // At least once, however short the wait is.
   for (bool looked = false; !condition(); looked = true) {
     if (looked && Clock::now() >= end) {
@@ -115,6 +116,9 @@ bool poll_until(Context& context, Model& model, const std::function<bool()>& con
     poll(context, model, kPoll);
   }
   return true;
+}
+bool poll_until(Context& context, Model& model, const std::function<bool()>& condition) {
+  return poll_until(context, model, condition, context.wait);
 }
 
 // The only line with that name; otherwise reports the reason on context.err. certain: no line that
@@ -157,6 +161,10 @@ bool wait_until(Context& context, Model& model, const std::function<bool()>& con
     poll(context, model, kPoll);
   }
   return true;
+}
+
+bool wait_for_samples(Context& context, Model& model, const std::function<bool()>& condition) {
+  return poll_until(context, model, condition, std::min<Duration>(context.wait, kSettle));
 }
 
 bool wait_until_settled(Context& context, Model& model, const std::function<bool()>& condition) {

@@ -22,6 +22,10 @@ void poll(Context& context, Model& model, Duration timeout);
 // Polls until the condition holds or context.wait has passed. Returns whether it holds.
 bool wait_until(Context& context, Model& model, const std::function<bool()>& condition);
 
+// Polls until the condition holds, for samples of a gateway of which another one was received: not
+// longer than all of them take, nor than context.wait. Returns whether it holds.
+bool wait_for_samples(Context& context, Model& model, const std::function<bool()>& condition);
+
 // Polls until all gateways are received (discovery.h) and the condition holds. Returns false if
 // context.wait passes before.
 bool wait_until_settled(Context& context, Model& model, const std::function<bool()>& condition);

@@ -279,14 +279,32 @@ od::DataType type_of(const std::string& typed, const line::ListedObject* variabl
 struct ReadRequest {
   std::string type;
   const Line* asked = nullptr;
+  bool awaited_layouts = false;
 };
 
-void read_one(Context& context, Model& model, const ReadRequest& request, const SdoTarget& target,
+// For the unit of a value that was read: the layouts of its line, which are usually received before
+// the answer. Without them if no gateway sends layouts, or they do not arrive in the time in which
+// all samples of a gateway do.
+void await_layouts(Context& context, Model& model, const Line& line, ReadRequest& request) {
+  const auto are_there = [&line] {
+    return std::ranges::all_of(line.areas,
+                               [](const Area& area) { return area.layout.has_value(); });
+  };
+  if (!are_there() && context.client.may_receive_layouts() &&
+      !std::exchange(request.awaited_layouts, true)) {
+    (void)wait_for_samples(context, model, are_there);
+  }
+}
+
+void read_one(Context& context, Model& model, ReadRequest& request, const SdoTarget& target,
               const line::ListedObject* variable, bool named, Answers& answers) {
   const Client::Answer answer = ask_line(context, model, *request.asked, command_of(target));
   const od::DataType type = type_of(request.type, variable);
   const auto known = type == od::DataType::none ? std::nullopt : std::optional(type);
   const line::ListedObject* const shown_variable = named ? variable : nullptr;
+  if (answer.reply.ok() && request.type.empty() && target.owner != nullptr) {
+    await_layouts(context, model, *target.owner, request);
+  }
   // With a typed type, the value of the object itself.
   const auto entry = request.type.empty() ? entry_of(target) : std::nullopt;
   if (answer.reply.ok() && entry && entry->type != od::DataType::none) {
@@ -297,7 +315,7 @@ void read_one(Context& context, Model& model, const ReadRequest& request, const 
               answer.reply.ok() ? read_text(known, answer.reply.bytes()) : "");
 }
 
-void read_node(Context& context, Model& model, const ReadRequest& request, SdoTarget& target,
+void read_node(Context& context, Model& model, ReadRequest& request, SdoTarget& target,
                const Variables& variables, Answers& answers) {
   if (!target.whole_object || !has_subs(variables)) {
     read_one(context, model, request, target, find(variables, target.address.sub), false, answers);
@@ -313,7 +331,7 @@ void read_node(Context& context, Model& model, const ReadRequest& request, SdoTa
 }
 
 // Reads the device files of all nodes first, so that a usage error precedes all answers.
-int read_nodes(Context& context, Model& model, const ReadRequest& request, SdoTarget& target) {
+int read_nodes(Context& context, Model& model, ReadRequest& request, SdoTarget& target) {
   const auto meant = meant_nodes(context, model, target);
   if (!meant) {
     return kFailed;
@@ -435,17 +453,6 @@ void await_output_layout(Context& context, Model& model, const Line& line) {
   }
 }
 
-// For the units of values; without them after the time to wait.
-void await_layouts(Context& context, Model& model, const Line* line) {
-  const auto are_there = [line] {
-    return std::ranges::all_of(line->areas,
-                               [](const Area& area) { return area.layout.has_value(); });
-  };
-  if (line != nullptr && !are_there()) {
-    (void)wait_until(context, model, are_there);
-  }
-}
-
 }  // namespace
 
 int sdo_read(Context& context, const std::string& node, const std::string& index,
@@ -460,10 +467,8 @@ int sdo_read(Context& context, const std::string& node, const std::string& index
   if (line == nullptr) {
     return kFailed;
   }
-  if (type.empty()) {
-    await_layouts(context, model, target->owner);
-  }
-  return read_nodes(context, model, {.type = type, .asked = line}, *target);
+  ReadRequest request{.type = type, .asked = line};
+  return read_nodes(context, model, request, *target);
 }
 
 int sdo_write(Context& context, const std::string& node, const std::string& index,
@@ -498,10 +503,8 @@ int image_read(Context& context, const std::string& node, const std::string& ind
   if (line == nullptr) {
     return kFailed;
   }
-  if (type.empty()) {
-    await_layouts(context, model, target->owner);
-  }
-  return read_nodes(context, model, {.type = type, .asked = line}, *target);
+  ReadRequest request{.type = type, .asked = line};
+  return read_nodes(context, model, request, *target);
 }
 
 int object_write(Context& context, const std::string& node, const std::string& index,

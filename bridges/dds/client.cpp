@@ -733,4 +733,11 @@ std::size_t Client::output_peers() const {
   return peers_of(impl_->outputs);
 }
 
+std::size_t Client::layout_peers() const {
+  fast::SubscriptionMatchedStatus status;
+  if (impl_->layouts != nullptr)
+    impl_->layouts->get_subscription_matched_status(status);
+  return static_cast<std::size_t>(std::max(status.current_count, 0));
+}
+
 }  // namespace linegate::dds

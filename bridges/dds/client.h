@@ -191,6 +191,8 @@ class Client {
   // received. With DDS-Security: those of the lines to which this client has sent one before.
   std::size_t command_peers() const;
   std::size_t output_peers() const;
+  // Number of matched gateway endpoints that send layouts; 0: none arrives.
+  std::size_t layout_peers() const;
   const std::string& name() const;
   // Number of replies to requests of this client that were ignored, because their sender does not
   // publish the LineState of that line (for the gateway itself: its GatewayState), or because

@@ -110,6 +110,7 @@ class RemoteClient final : public console::Client {
   RemoteClient(const RemoteClient&) = delete;
   RemoteClient& operator=(const RemoteClient&) = delete;
 
+  bool may_receive_layouts() const override { return client_->layout_peers() != 0; }
   void poll(Duration timeout, console::Listener& listener) override {
     Forward forward(listener);
     client_->poll(timeout, forward);

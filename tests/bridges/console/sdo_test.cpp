@@ -56,7 +56,8 @@ class GatewayWithFiles : public Client {
     listener.on_node(kLine, {.name = "feeder", .state = {.node = 6, .configured = true}});
     listener.on_node(kLine, {.state = {.node = 9, .presence = line::Presence::present}});
     listener.on_node(kLine, {.state = {.node = 11}});
-    if (sends_meanings) {
+    polls_after_answer += asked.empty() ? 0U : 1U;
+    if (sends_meanings && (!layouts_come_late || !asked.empty())) {
       image::Layout inputs{.direction = image::Direction::inputs, .id = 4, .byte_size = 2};
       inputs.entries.push_back({.bit_length = 16,
                                 .type = od::DataType::unsigned16,
@@ -122,11 +123,15 @@ class GatewayWithFiles : public Client {
       {{0x1018, 0}, test::raw({2})},
       {{0x1018, 1}, test::raw({0x47, 0x4C, 0, 0})},
   };
+  bool may_receive_layouts() const override { return sends_meanings; }
+
   std::uint8_t silent = 0;
   bool forbidden = false;
   std::uint8_t configured = 2;
-  bool sends_meanings = false;       // publishes layouts in which two objects have a unit
-  bool sends_layout = false;         // publishes a layout of the outputs after the first answer
+  bool sends_meanings = false;     // publishes layouts in which two objects have a unit
+  bool sends_layout = false;       // publishes a layout of the outputs after the first answer
+  bool layouts_come_late = false;  // those layouts come after the first answer
+  unsigned polls_after_answer = 0;
   std::vector<line::Command> asked;  // the received commands except requests of lists
 };
 
@@ -185,6 +190,28 @@ TEST_F(SdoCommand, ReadPrintsTheValueOfAnImageEntryInItsUnit) {
   out_.str("");
   EXPECT_EQ(read("press:ram", "1017:00"), kFailed);
   EXPECT_THAT(out_.str(), HasSubstr(R"("ok":false)"));
+}
+
+TEST_F(SdoCommand, AReadWaitsForLayoutsOnlyAfterItsAnswerAndIfTheyCanCome) {
+  const auto polls_of = [&](const std::string& node, const std::string& type) {
+    gateway_.asked.clear();
+    gateway_.polls_after_answer = 0;
+    out_.str("");
+    EXPECT_EQ(read(node, "1017:00", type), kDone) << err_.str();
+    return gateway_.polls_after_answer;
+  };
+  EXPECT_EQ(polls_of("press:ram", ""), 0U) << "nobody sends layouts";
+  EXPECT_EQ(out_.str(), "500\n");
+  gateway_.sends_meanings = true;
+  gateway_.layouts_come_late = true;
+  EXPECT_EQ(polls_of("press:ram", "u16"), 0U) << "the type was given";
+  EXPECT_EQ(out_.str(), "500\n");
+  EXPECT_EQ(polls_of("press:ram", ""), 1U) << "until they are there";
+  EXPECT_EQ(out_.str(), "0.5 s  (500)\n");
+  EXPECT_EQ(polls_of("press:all", ""), 1U) << "once for all nodes";
+  gateway_.layouts_come_late = false;
+  EXPECT_EQ(polls_of("press:ram", ""), 0U) << "they were there before the answer";
+  EXPECT_EQ(out_.str(), "0.5 s  (500)\n");
 }
 
 TEST_F(SdoCommand, ReadOfAnObjectWithSubIndicesPrintsAllThatCanBeRead) {
