@@ -26,7 +26,7 @@ namespace client = linegate::client;
 namespace {
 
 constexpr std::size_t kMostNames = 65'536;
-constexpr int kLongestTimeout = 3'600'000;
+constexpr std::chrono::hours kLongestPoll{1};
 
 // The clients that are open: a pointer of another one is refused. Never destroyed, as a thread may
 // outlive main().
@@ -39,8 +39,9 @@ Open& open() {
   return *all;
 }
 
+// Of a function that polls, whose caller calls it again.
 std::chrono::milliseconds timeout_of(int ms) {
-  return std::chrono::milliseconds(std::clamp(ms, 0, kLongestTimeout));
+  return std::clamp<std::chrono::milliseconds>(std::chrono::milliseconds(ms), {}, kLongestPoll);
 }
 
 }  // namespace
@@ -107,7 +108,7 @@ linegate_event event_in_c(const Event& from) {
 CallOptions options_of(const Held& held, int line, int timeout_ms, unsigned attempts) {
   const auto of_line = held->attempts.find(line);
   return {
-      .timeout = timeout_of(timeout_ms),
+      .timeout = std::chrono::milliseconds(timeout_ms),
       .attempts = attempts != 0 || of_line == held->attempts.end() ? attempts : of_line->second};
 }
 
@@ -667,49 +668,46 @@ int linegate_set_attempts(linegate_client* handle, int line, unsigned attempts) 
   });
 }
 
+namespace {
+
+template <class Start>
+int with_line(linegate_client* handle, int line, int timeout_ms, const Start& start) noexcept {
+  return with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
+    return client::capi::begin_call(
+        held, line, timeout_ms,
+        [&](const client::CallOptions& options) { return start(it, options); });
+  });
+}
+
+}  // namespace
+
 int linegate_sdo_read(linegate_client* handle, int line, unsigned node, unsigned index,
                       unsigned sub, int timeout_ms) {
-  linegate_request request{};
-  request.size = sizeof request;
-  if (node > 0xFF || index > 0xFFFF || sub > 0xFF)
-    return LINEGATE_ERROR_ARGUMENT;
-  request.node = static_cast<std::uint8_t>(node);
-  request.index = static_cast<std::uint16_t>(index);
-  request.sub = static_cast<std::uint8_t>(sub);
-  return linegate_request_call(handle, line, &request, timeout_ms);
+  return with_line(handle, line, timeout_ms, [&](const client::Line& it, const auto& options) {
+    return it.sdo_read(node, index, sub, options);
+  });
 }
 
 int linegate_sdo_write(linegate_client* handle, int line, unsigned node, unsigned index,
                        unsigned sub, const void* value, std::size_t length, int timeout_ms) {
-  linegate_request request{};
-  request.size = sizeof request;
-  if (node > 0xFF || index > 0xFFFF || sub > 0xFF)
+  if ((value == nullptr && length != 0) || length > client::capi::kMostData)
     return LINEGATE_ERROR_ARGUMENT;
-  request.kind = 1;  // COMMAND_SDO_WRITE
-  request.node = static_cast<std::uint8_t>(node);
-  request.index = static_cast<std::uint16_t>(index);
-  request.sub = static_cast<std::uint8_t>(sub);
-  request.data = value;
-  request.length = length;
-  return linegate_request_call(handle, line, &request, timeout_ms);
+  return with_line(handle, line, timeout_ms, [&](const client::Line& it, const auto& options) {
+    return it.sdo_write(node, index, sub, bytes_of(value, length), options);
+  });
 }
 
 int linegate_nmt(linegate_client* handle, int line, unsigned node, unsigned command,
                  int timeout_ms) {
-  linegate_request request{};
-  request.size = sizeof request;
-  if (node > 0xFF || command > 0xFF)
-    return LINEGATE_ERROR_ARGUMENT;
-  request.kind = 6;  // COMMAND_NMT
-  request.node = static_cast<std::uint8_t>(node);
-  request.nmt = static_cast<std::uint8_t>(command);
-  return linegate_request_call(handle, line, &request, timeout_ms);
+  return with_line(handle, line, timeout_ms, [&](const client::Line& it, const auto& options) {
+    return it.nmt(node, command, options);
+  });
 }
 
 int linegate_request_call(linegate_client* handle, int line, const linegate_request* request,
                           int timeout_ms) {
   return with<client::Line>(handle, line, [&](const Held& held, client::Line& it) -> int {
-    if (request == nullptr || request->size < sizeof *request ||
+    if (request == nullptr || request->size < client::capi::kFirstSize<linegate_request> ||
         (request->data == nullptr && request->length != 0) ||
         request->length > client::capi::kMostData)
       return LINEGATE_ERROR_ARGUMENT;

@@ -22,7 +22,9 @@ namespace client = linegate::client;
 namespace {
 
 using client::Commands;
+using client::capi::give;
 using client::capi::Held;
+using client::capi::kFirstSize;
 using linegate::line::CommandKind;
 
 // --- parameters ----------------------------------------------------------------------------------
@@ -30,13 +32,12 @@ using linegate::line::CommandKind;
 // Begins a call with the commands of a line.
 template <class Start>
 int begin(const Held& held, client::Line& it, int line, int timeout_ms, const Start& start) {
-  if (held.full())  // what is reported as failed is not sent
-    return LINEGATE_ERROR_FULL;
-  client::Call call = start(Commands(it), client::capi::options_of(held, line, timeout_ms));
-  return held.add(std::move(call));
+  return client::capi::begin_call(held, line, timeout_ms, [&](const client::CallOptions& options) {
+    return start(Commands(it), options);
+  });
 }
 
-// The same if the parameters are `valid`.
+// The same if the pointers and flags are `valid`. The commands check numbers, and refuse the call.
 template <class Start>
 int begin_typed(linegate_client* handle, int line, int timeout_ms, bool valid,
                 const Start& start) noexcept {
@@ -46,22 +47,10 @@ int begin_typed(linegate_client* handle, int line, int timeout_ms, bool valid,
       });
 }
 
-bool are_bytes(std::initializer_list<unsigned> numbers) {
-  return std::ranges::all_of(numbers, [](unsigned one) { return one <= 0xFF; });
-}
-bool are_words(std::initializer_list<unsigned> numbers) {
-  return std::ranges::all_of(numbers, [](unsigned one) { return one <= 0xFFFF; });
-}
 bool is_data(const void* data, std::size_t length) {
   return (data != nullptr || length == 0) && length <= client::capi::kMostData;
 }
 
-std::uint8_t byte_of(unsigned number) {
-  return static_cast<std::uint8_t>(number);
-}
-std::uint16_t word_of(unsigned number) {
-  return static_cast<std::uint16_t>(number);
-}
 std::string text_of(const char* text) {
   return text == nullptr ? std::string() : std::string(text);
 }
@@ -114,48 +103,14 @@ int with_result(linegate_client* handle, int number, std::initializer_list<Comma
         const auto kind = client::Core::kind_of(call);
         if (std::ranges::find(kinds, kind) == kinds.end())
           return LINEGATE_ERROR_ARGUMENT;
-        if (!client::Core::is_readable(call))
-          return LINEGATE_ERROR_MALFORMED;
-        std::any& made = held->results[number];
-        if (!made.has_value())
-          made = client::Answer<T>(call).result();
-        return body(*std::any_cast<T>(&made));
+        auto made = held->results.find(number);
+        if (made == held->results.end()) {
+          if (!client::Core::is_readable(call))
+            return LINEGATE_ERROR_MALFORMED;
+          made = held->results.emplace(number, client::Answer<T>(call).result()).first;
+        }
+        return body(*std::any_cast<T>(&made->second));
       });
-}
-
-// The size of a struct in the first version that had it. Later versions add members at its end, and
-// not into its padding.
-template <class T>
-constexpr std::size_t kFirstSize = 0;
-#define FIRST_SIZE(type, last) \
-  template <>                  \
-  constexpr std::size_t kFirstSize<type> = offsetof(type, last) + sizeof(type::last)
-FIRST_SIZE(linegate_object, length);
-FIRST_SIZE(linegate_delivery, missing_count);
-FIRST_SIZE(linegate_scanned_node, values);
-FIRST_SIZE(linegate_object_value, length);
-FIRST_SIZE(linegate_boot_result, text);
-FIRST_SIZE(linegate_configuration, differences);
-FIRST_SIZE(linegate_difference, found_length);
-FIRST_SIZE(linegate_program_fault, value);
-FIRST_SIZE(linegate_lss_result, assignments);
-FIRST_SIZE(linegate_lss_assignment, address);
-FIRST_SIZE(linegate_connection, abort);
-FIRST_SIZE(linegate_journal_page, unknown_entry);
-FIRST_SIZE(linegate_history_value, valid);
-FIRST_SIZE(linegate_journal_query, cursor_check);
-#undef FIRST_SIZE
-
-// Copies a result to the struct of the caller, whose version of it may have fewer members, or more:
-// its size is then that of those which are set.
-template <class T>
-int give(T from, T* to) {
-  static_assert(kFirstSize<T> != 0);
-  if (to == nullptr || to->size < kFirstSize<T>)
-    return LINEGATE_ERROR_ARGUMENT;
-  from.size = std::min(to->size, sizeof(T));
-  std::memcpy(static_cast<void*>(to), &from, from.size);
-  return LINEGATE_OK;
 }
 
 // The same of an item of a list.
@@ -258,13 +213,12 @@ constexpr std::initializer_list<CommandKind> kScans{CommandKind::scan, CommandKi
 int linegate_write_object(linegate_client* handle, int line, unsigned node, unsigned index,
                           unsigned sub, const void* value, std::size_t length, unsigned flags,
                           int timeout_ms) {
-  const bool valid = are_bytes({node, sub}) && are_words({index}) && is_data(value, length) &&
-                     flags <= (LINEGATE_BY_SDO | LINEGATE_KEEP_PDO);
+  const bool valid = is_data(value, length) && flags <= (LINEGATE_BY_SDO | LINEGATE_KEEP_PDO);
   return begin_typed(
       handle, line, timeout_ms, valid, [&](const Commands& to, const client::CallOptions& options) {
-        return to.write_object(
-            byte_of(node), word_of(index), byte_of(sub), client::capi::bytes_of(value, length),
-            (flags & LINEGATE_BY_SDO) != 0, (flags & LINEGATE_KEEP_PDO) != 0, options);
+        return to.write_object(node, index, sub, client::capi::bytes_of(value, length),
+                               (flags & LINEGATE_BY_SDO) != 0, (flags & LINEGATE_KEEP_PDO) != 0,
+                               options);
       });
 }
 
@@ -285,63 +239,59 @@ int linegate_write_output(linegate_client* handle, int line, const linegate_sett
 
 int linegate_read_network(linegate_client* handle, int line, unsigned network, unsigned node,
                           unsigned index, unsigned sub, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms,
-                     are_words({network, index}) && are_bytes({node, sub}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.read_network(word_of(network), byte_of(node), word_of(index),
-                                              byte_of(sub), options);
+                       return to.read_network(network, node, index, sub, options);
                      });
 }
 
 int linegate_write_network(linegate_client* handle, int line, unsigned network, unsigned node,
                            unsigned index, unsigned sub, const void* value, std::size_t length,
                            int timeout_ms) {
-  const bool valid =
-      are_words({network, index}) && are_bytes({node, sub}) && is_data(value, length);
-  return begin_typed(
-      handle, line, timeout_ms, valid, [&](const Commands& to, const client::CallOptions& options) {
-        return to.write_network(word_of(network), byte_of(node), word_of(index), byte_of(sub),
-                                client::capi::bytes_of(value, length), options);
-      });
+  const bool valid = is_data(value, length);
+  return begin_typed(handle, line, timeout_ms, valid,
+                     [&](const Commands& to, const client::CallOptions& options) {
+                       return to.write_network(network, node, index, sub,
+                                               client::capi::bytes_of(value, length), options);
+                     });
 }
 
 int linegate_read_own(linegate_client* handle, int line, unsigned index, unsigned sub,
                       unsigned node, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_words({index}) && are_bytes({node, sub}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.read_own(word_of(index), byte_of(sub), byte_of(node), options);
+                       return to.read_own(index, sub, node, options);
                      });
 }
 
 int linegate_write_own(linegate_client* handle, int line, unsigned index, unsigned sub,
                        const void* value, std::size_t length, unsigned node, int as_owner,
                        int timeout_ms) {
-  const bool valid = are_words({index}) && are_bytes({node, sub}) && is_data(value, length);
-  return begin_typed(
-      handle, line, timeout_ms, valid, [&](const Commands& to, const client::CallOptions& options) {
-        return to.write_own(word_of(index), byte_of(sub), client::capi::bytes_of(value, length),
-                            byte_of(node), as_owner != 0, options);
-      });
+  const bool valid = is_data(value, length);
+  return begin_typed(handle, line, timeout_ms, valid,
+                     [&](const Commands& to, const client::CallOptions& options) {
+                       return to.write_own(index, sub, client::capi::bytes_of(value, length), node,
+                                           as_owner != 0, options);
+                     });
 }
 
 int linegate_list_objects(linegate_client* handle, int line, unsigned first, unsigned last,
                           unsigned node, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_words({first, last}) && are_bytes({node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.list_objects(word_of(first), word_of(last), byte_of(node),
-                                              options);
+                       return to.list_objects(first, last, node, options);
                      });
 }
 
 int linegate_create_object(linegate_client* handle, int line, const linegate_object* object,
                            std::int64_t image_byte, int timeout_ms) {
   const bool valid = object != nullptr && object->size >= kFirstSize<linegate_object> &&
-                     is_data(object->value, object->length) && image_byte <= 0xFFFF'FFFF;
+                     is_data(object->value, object->length);
   return begin_typed(
       handle, line, timeout_ms, valid, [&](const Commands& to, const client::CallOptions& options) {
-        std::optional<std::uint32_t> at;
+        std::optional<std::uint64_t> at;
         if (image_byte >= 0)
-          at = static_cast<std::uint32_t>(image_byte);
+          at = static_cast<std::uint64_t>(image_byte);
         return to.create_object({.index = object->index,
                                  .sub = object->sub,
                                  .type = object->type,
@@ -356,57 +306,56 @@ int linegate_create_object(linegate_client* handle, int line, const linegate_obj
 }
 
 int linegate_remove_object(linegate_client* handle, int line, unsigned index, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_words({index}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.remove_object(word_of(index), options);
+                       return to.remove_object(index, options);
                      });
 }
 
 // --- nodes ---------------------------------------------------------------------------------------
 
 int linegate_scan(linegate_client* handle, int line, unsigned node, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_bytes({node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.scan(byte_of(node), options);
+                       return to.scan(node, options);
                      });
 }
 
 int linegate_apply_scan(linegate_client* handle, int line, unsigned node, int set_up, int restore,
                         int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_bytes({node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.apply_scan(byte_of(node), set_up != 0, restore != 0, options);
+                       return to.apply_scan(node, set_up != 0, restore != 0, options);
                      });
 }
 
 int linegate_boot(linegate_client* handle, int line, unsigned node, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_bytes({node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.boot(byte_of(node), options);
+                       return to.boot(node, options);
                      });
 }
 
 int linegate_compare(linegate_client* handle, int line, unsigned node, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_bytes({node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.compare(byte_of(node), options);
+                       return to.compare(node, options);
                      });
 }
 
 int linegate_configure(linegate_client* handle, int line, unsigned node, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_bytes({node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.configure(byte_of(node), options);
+                       return to.configure(node, options);
                      });
 }
 
 int linegate_program(linegate_client* handle, int line, unsigned node, unsigned number,
                      const void* program, std::size_t length, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms,
-                     are_bytes({node, number}) && is_data(program, length),
+  return begin_typed(handle, line, timeout_ms, is_data(program, length),
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.program(byte_of(node), byte_of(number),
-                                         client::capi::bytes_of(program, length), options);
+                       return to.program(node, number, client::capi::bytes_of(program, length),
+                                         options);
                      });
 }
 
@@ -430,27 +379,26 @@ int linegate_lss_switch_selective(linegate_client* handle, int line,
 
 int linegate_lss_set_node_id(linegate_client* handle, int line, unsigned node, int unchecked,
                              int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_bytes({node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.lss_set_node_id(byte_of(node), unchecked != 0, options);
+                       return to.lss_set_node_id(node, unchecked != 0, options);
                      });
 }
 
 int linegate_lss_set_bit_timing(linegate_client* handle, int line, unsigned table, unsigned index,
                                 int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_bytes({table, index}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.lss_set_bit_timing(byte_of(table), byte_of(index), options);
+                       return to.lss_set_bit_timing(table, index, options);
                      });
 }
 
 int linegate_lss_activate_bit_timing(linegate_client* handle, int line, unsigned delay_ms,
                                      int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_words({delay_ms}),
-                     [&](const Commands& to, const client::CallOptions& options) {
-                       return to.lss_activate_bit_timing(std::chrono::milliseconds(delay_ms),
-                                                         options);
-                     });
+  return begin_typed(
+      handle, line, timeout_ms, true, [&](const Commands& to, const client::CallOptions& options) {
+        return to.lss_activate_bit_timing(std::chrono::milliseconds(delay_ms), options);
+      });
 }
 
 int linegate_lss_store(linegate_client* handle, int line, int timeout_ms) {
@@ -492,10 +440,9 @@ int linegate_lss_identify_unconfigured(linegate_client* handle, int line, int ti
 
 int linegate_lss_fastscan(linegate_client* handle, int line, unsigned known,
                           const linegate_lss_address* address, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms,
-                     are_bytes({known}) && (known == 0 || address != nullptr),
+  return begin_typed(handle, line, timeout_ms, known == 0 || address != nullptr,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.lss_fastscan(byte_of(known), lss_of(address), options);
+                       return to.lss_fastscan(known, lss_of(address), options);
                      });
 }
 
@@ -510,9 +457,9 @@ int linegate_lss_assign_node_ids(linegate_client* handle, int line, int timeout_
 
 int linegate_trigger_pdo(linegate_client* handle, int line, unsigned number, unsigned node,
                          int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_words({number}) && are_bytes({node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.trigger_pdo(word_of(number), byte_of(node), options);
+                       return to.trigger_pdo(number, node, options);
                      });
 }
 
@@ -526,34 +473,33 @@ int linegate_trigger_pdos_of(linegate_client* handle, int line, const char* outp
 
 int linegate_request_pdo(linegate_client* handle, int line, unsigned node, unsigned number,
                          int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_words({number}) && are_bytes({node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.request_pdo(byte_of(node), word_of(number), options);
+                       return to.request_pdo(node, number, options);
                      });
 }
 
 int linegate_write_mpdo(linegate_client* handle, int line, unsigned node, unsigned index,
                         unsigned sub, const void* value, std::size_t length, unsigned tpdo,
                         int timeout_ms) {
-  const bool valid = are_words({index, tpdo}) && are_bytes({node, sub}) && is_data(value, length);
-  return begin_typed(
-      handle, line, timeout_ms, valid, [&](const Commands& to, const client::CallOptions& options) {
-        return to.write_mpdo(byte_of(node), word_of(index), byte_of(sub),
-                             client::capi::bytes_of(value, length), word_of(tpdo), options);
-      });
+  const bool valid = is_data(value, length);
+  return begin_typed(handle, line, timeout_ms, valid,
+                     [&](const Commands& to, const client::CallOptions& options) {
+                       return to.write_mpdo(node, index, sub, client::capi::bytes_of(value, length),
+                                            tpdo, options);
+                     });
 }
 
 int linegate_send_emcy(linegate_client* handle, int line, unsigned code, unsigned error_register,
                        const std::uint8_t* manufacturer, unsigned node, int timeout_ms) {
-  return begin_typed(
-      handle, line, timeout_ms, are_words({code}) && are_bytes({error_register, node}),
-      [&](const Commands& to, const client::CallOptions& options) {
-        std::array<std::byte, 5> bytes{};
-        if (manufacturer != nullptr)
-          std::transform(manufacturer, manufacturer + bytes.size(), bytes.begin(),
-                         [](std::uint8_t one) { return std::byte{one}; });
-        return to.send_emcy(word_of(code), byte_of(error_register), bytes, byte_of(node), options);
-      });
+  return begin_typed(handle, line, timeout_ms, true,
+                     [&](const Commands& to, const client::CallOptions& options) {
+                       std::array<std::byte, 5> bytes{};
+                       if (manufacturer != nullptr)
+                         std::transform(manufacturer, manufacturer + bytes.size(), bytes.begin(),
+                                        [](std::uint8_t one) { return std::byte{one}; });
+                       return to.send_emcy(code, error_register, bytes, node, options);
+                     });
 }
 
 int linegate_send_frame(linegate_client* handle, int line, std::uint32_t identifier,
@@ -570,27 +516,25 @@ int linegate_send_frame(linegate_client* handle, int line, std::uint32_t identif
 
 int linegate_send_remote_frame(linegate_client* handle, int line, std::uint32_t identifier,
                                unsigned length, int extended, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_bytes({length}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.send_remote_frame(identifier, byte_of(length), extended != 0,
-                                                   options);
+                       return to.send_remote_frame(identifier, length, extended != 0, options);
                      });
 }
 
 int linegate_listen(linegate_client* handle, int line, unsigned seconds, std::uint32_t identifier,
                     std::uint32_t mask, int extended, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_words({seconds}),
-                     [&](const Commands& to, const client::CallOptions& options) {
-                       std::optional<bool> length;
-                       if (extended >= 0)
-                         length = extended != 0;
-                       return to.listen(std::chrono::seconds(seconds), identifier, mask, length,
-                                        options);
-                     });
+  return begin_typed(
+      handle, line, timeout_ms, true, [&](const Commands& to, const client::CallOptions& options) {
+        std::optional<bool> length;
+        if (extended >= 0)
+          length = extended != 0;
+        return to.listen(std::chrono::seconds(seconds), identifier, mask, length, options);
+      });
 }
 
 int linegate_trace_routing(linegate_client* handle, int line, unsigned seconds, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_words({seconds}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
                        return to.trace_routing(std::chrono::seconds(seconds), options);
                      });
@@ -600,10 +544,9 @@ int linegate_trace_routing(linegate_client* handle, int line, unsigned seconds, 
 
 int linegate_open_connection(linegate_client* handle, int line, unsigned client_node,
                              unsigned server_node, int timeout_ms) {
-  return begin_typed(handle, line, timeout_ms, are_bytes({client_node, server_node}),
+  return begin_typed(handle, line, timeout_ms, true,
                      [&](const Commands& to, const client::CallOptions& options) {
-                       return to.open_connection(byte_of(client_node), byte_of(server_node),
-                                                 options);
+                       return to.open_connection(client_node, server_node, options);
                      });
 }
 

@@ -3,10 +3,12 @@
 // arguments.
 #pragma once
 
+#include <algorithm>
 #include <any>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <memory>
@@ -134,5 +136,52 @@ std::optional<Data> data_of(const linegate_setting& from);
 linegate_event event_in_c(const Event& from);
 // Of a command to a line. attempts: 0 = those of the line.
 CallOptions options_of(const Held& held, int line, int timeout_ms, unsigned attempts = 0);
+
+// Adds a call to a line, which `start` begins with these options.
+template <class Start>
+int begin_call(const Held& held, int line, int timeout_ms, const Start& start) {
+  if (held.full())  // what is reported as failed is not sent
+    return LINEGATE_ERROR_FULL;
+  Call call = start(options_of(held, line, timeout_ms));
+  return held.add(std::move(call));
+}
+
+// --- structs that may grow -----------------------------------------------------------------------
+
+// The size of a struct in the first version that had it. Later versions add members at its end, and
+// not into its padding.
+template <class T>
+constexpr std::size_t kFirstSize = 0;
+#define FIRST_SIZE(type, last) \
+  template <>                  \
+  constexpr std::size_t kFirstSize<type> = offsetof(type, last) + sizeof(type::last)
+FIRST_SIZE(linegate_request, attempts);
+FIRST_SIZE(linegate_object, length);
+FIRST_SIZE(linegate_delivery, missing_count);
+FIRST_SIZE(linegate_scanned_node, values);
+FIRST_SIZE(linegate_object_value, length);
+FIRST_SIZE(linegate_boot_result, text);
+FIRST_SIZE(linegate_configuration, differences);
+FIRST_SIZE(linegate_difference, found_length);
+FIRST_SIZE(linegate_program_fault, value);
+FIRST_SIZE(linegate_lss_result, assignments);
+FIRST_SIZE(linegate_lss_assignment, address);
+FIRST_SIZE(linegate_connection, abort);
+FIRST_SIZE(linegate_journal_page, unknown_entry);
+FIRST_SIZE(linegate_history_value, valid);
+FIRST_SIZE(linegate_journal_query, cursor_check);
+#undef FIRST_SIZE
+
+// Copies a result to the struct of the caller, whose version of it may have fewer members, or more:
+// its size is then that of those which are set.
+template <class T>
+int give(T from, T* to) {
+  static_assert(kFirstSize<T> != 0);
+  if (to == nullptr || to->size < kFirstSize<T>)
+    return LINEGATE_ERROR_ARGUMENT;
+  from.size = std::min(to->size, sizeof(T));
+  std::memcpy(static_cast<void*>(to), &from, from.size);
+  return LINEGATE_OK;
+}
 
 }  // namespace linegate::client::capi

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bridges/client/core.h"
+#include "bridges/client/parameters.h"
 #include "stack/line/command.h"
 
 namespace linegate::client {
@@ -221,13 +222,13 @@ std::vector<std::string> names_of(const Core* core, const std::string& gateway,
   return out;
 }
 
-Request sdo_request(line::CommandKind kind, std::uint8_t node, std::uint16_t index,
-                    std::uint8_t sub) {
+// Precondition: the numbers are in their ranges.
+Request sdo_request(line::CommandKind kind, unsigned node, unsigned index, unsigned sub) {
   Request request;
   request.kind = static_cast<std::uint8_t>(kind);
-  request.node = node;
-  request.index = index;
-  request.sub = sub;
+  request.node = static_cast<std::uint8_t>(node);
+  request.index = static_cast<std::uint16_t>(index);
+  request.sub = static_cast<std::uint8_t>(sub);
   return request;
 }
 
@@ -271,23 +272,34 @@ Call Line::request(Request request, const CallOptions& options) const {
   return Core::call_of(core_, core_->start(*this, std::move(request), options));
 }
 
-Call Line::sdo_read(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
-                    const CallOptions& options) const {
+Call Line::refused(std::string why) const {
+  return core_ ? Core::call_of(core_, core_->refuse(std::move(why))) : Call();
+}
+
+Call Line::sdo_read(unsigned node, unsigned index, unsigned sub, const CallOptions& options) const {
+  if (std::string why = out_of_range({one_node(node), index_of(index), sub_of(sub)}); !why.empty())
+    return refused(std::move(why));
   return request(sdo_request(line::CommandKind::sdo_read, node, index, sub), options);
 }
 
-Call Line::sdo_write(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
-                     std::vector<std::byte> value, const CallOptions& options) const {
+Call Line::sdo_write(unsigned node, unsigned index, unsigned sub, std::vector<std::byte> value,
+                     const CallOptions& options) const {
+  if (std::string why = out_of_range({one_node(node), index_of(index), sub_of(sub)}); !why.empty())
+    return refused(std::move(why));
   Request out = sdo_request(line::CommandKind::sdo_write, node, index, sub);
   out.data = std::move(value);
   return request(std::move(out), options);
 }
 
-Call Line::nmt(std::uint8_t node, std::uint8_t command, const CallOptions& options) const {
+Call Line::nmt(unsigned node, unsigned command, const CallOptions& options) const {
+  const bool known = command <= 0xFF && nmt::is_command(static_cast<std::uint8_t>(command));
+  const Parameter of_nmt{"command", known, "1, 2, 128, 129 or 130"};
+  if (std::string why = out_of_range({node_or_0(node), of_nmt}); !why.empty())
+    return refused(std::move(why));
   Request out;
   out.kind = static_cast<std::uint8_t>(line::CommandKind::nmt);
-  out.node = node;
-  out.nmt = command;
+  out.node = static_cast<std::uint8_t>(node);
+  out.nmt = static_cast<std::uint8_t>(command);
   return request(std::move(out), options);
 }
 

@@ -348,20 +348,19 @@ class Line {
   // By name or number; empty: 0, of a line without groups.
   Group group(std::string_view name, const GroupOptions& options = {}) const;
 
-  // COMMAND_SDO_READ, COMMAND_SDO_WRITE: of a device.
-  Call sdo_read(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
-                const CallOptions& options = {}) const;
-  Call sdo_write(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
-                 std::vector<std::byte> value, const CallOptions& options = {}) const;
+  // COMMAND_SDO_READ, COMMAND_SDO_WRITE: of a device. A number out of its range refuses the call at
+  // once, with REFUSAL_BAD_REQUEST: node 1..127, index 0..FFFFh, sub 0..255.
+  Call sdo_read(unsigned node, unsigned index, unsigned sub, const CallOptions& options = {}) const;
+  Call sdo_write(unsigned node, unsigned index, unsigned sub, std::vector<std::byte> value,
+                 const CallOptions& options = {}) const;
   // The value has as many bytes as T.
   template <class T>
-  requires std::is_arithmetic_v<T> Call sdo_write(std::uint8_t node, std::uint16_t index,
-                                                  std::uint8_t sub, T value,
-                                                  const CallOptions& options = {})
+  requires std::is_arithmetic_v<T> Call sdo_write(unsigned node, unsigned index, unsigned sub,
+                                                  T value, const CallOptions& options = {})
   const;
   // COMMAND_NMT. node: 0 = all. command: NMT_ of linegate.idl (1 start, 2 stop, 128
   // pre-operational, ...).
-  Call nmt(std::uint8_t node, std::uint8_t command, const CallOptions& options = {}) const;
+  Call nmt(unsigned node, unsigned command, const CallOptions& options = {}) const;
   // Any command; commands.h has each with typed parameters and results.
   Call request(Request request, const CallOptions& options = {}) const;
 
@@ -369,6 +368,8 @@ class Line {
   friend class Client;
   friend class Commands;
   friend struct Core;
+  Call refused(std::string why) const;  // a call that ends at once
+
   std::shared_ptr<Core> core_;
   std::string gateway_;
   std::string line_;
@@ -496,9 +497,8 @@ requires std::is_arithmetic_v<T> Error Group::set_raw(std::string_view name, T v
 }
 
 template <class T>
-requires std::is_arithmetic_v<T> Call Line::sdo_write(std::uint8_t node, std::uint16_t index,
-                                                      std::uint8_t sub, T value,
-                                                      const CallOptions& options)
+requires std::is_arithmetic_v<T> Call Line::sdo_write(unsigned node, unsigned index, unsigned sub,
+                                                      T value, const CallOptions& options)
 const {
   static_assert(sizeof(T) <= 8);
   std::vector<std::byte> bytes(sizeof(T));

@@ -6,10 +6,12 @@
 #include <variant>
 
 #include "bridges/client/core.h"
+#include "bridges/client/parameters.h"
 #include "bridges/client/values.h"
 #include "bridges/dds/raw_request.h"
 #include "bridges/request/journal.h"
 #include "stack/base/byte_order.h"
+#include "stack/lss/message.h"
 #include "stack/lss/procedure.h"
 
 namespace linegate::client {
@@ -19,14 +21,24 @@ using linegate::load_le;
 
 constexpr std::string_view kOfOutputs = "outputs:";
 constexpr std::size_t kAssignmentBytes = 20;
-constexpr std::size_t kMostSized = 255;  // bytes after a length of 1 byte
-constexpr std::uint32_t kMostIdentifier = line::CanListen::kAllBits;
+constexpr std::size_t kMostSized = 255;              // bytes after a length of 1 byte
+constexpr std::size_t kMostFaults = 256;             // bytes of COMMAND_BUS_FAULT
+constexpr std::size_t kMostMpdo = 4;                 // bytes of a value
+constexpr std::size_t kLongestProgram = 16U << 20U;  // bytes
+constexpr auto kLongestListening = std::chrono::hours(1);
 
-od::Address address_of(std::uint16_t index, std::uint8_t sub) {
-  return {index, sub};
+// Numbers in their ranges; others are refused before they are sent.
+std::uint8_t byte_of(unsigned number) {
+  return static_cast<std::uint8_t>(number);
+}
+std::uint16_t word_of(unsigned number) {
+  return static_cast<std::uint16_t>(number);
+}
+od::Address address_of(unsigned index, unsigned sub) {
+  return {word_of(index), byte_of(sub)};
 }
 
-Request request_of(const request::Request& from) {
+Request members_of(const request::Request& from) {
   dds::RawRequest raw = dds::to_raw(from);
   return {.kind = raw.kind,
           .node = raw.node,
@@ -38,12 +50,12 @@ Request request_of(const request::Request& from) {
           .entry = raw.entry,
           .data = std::move(raw.data)};
 }
-
-Call start_call(const Line& line, const line::Request& request, const CallOptions& options) {
-  return line.request(request_of(request), options);
+template <class Kind>
+Request request_of(Kind from) {
+  return members_of(request::Request(line::Request(std::move(from))));
 }
-Call start_call(const Line& line, request::GatewayRequest request, const CallOptions& options) {
-  return line.request(request_of(std::move(request)), options);
+Request gateway_request_of(request::GatewayRequest from) {
+  return members_of(request::Request(std::move(from)));
 }
 
 // --- results -------------------------------------------------------------------------------------
@@ -206,10 +218,8 @@ void append_number(std::uint32_t number, std::size_t bytes, std::vector<std::byt
     out.push_back(static_cast<std::byte>(number >> (8 * i) & 0xFFU));
 }
 
-Answer<LssResult> start_lss(const Line& line, lss::Procedure procedure,
-                            std::vector<std::byte> arguments, const CallOptions& options) {
-  return Answer<LssResult>(start_call(
-      line, line::LssRequest{.procedure = procedure, .arguments = std::move(arguments)}, options));
+Request lss_request(lss::Procedure procedure, std::vector<std::byte> arguments = {}) {
+  return request_of(line::LssRequest{.procedure = procedure, .arguments = std::move(arguments)});
 }
 
 can::Frame frame_of(std::uint32_t identifier, bool extended, std::uint8_t flags) {
@@ -338,16 +348,20 @@ JournalPage Answer<JournalPage>::result() const {
 
 // --- objects and outputs -------------------------------------------------------------------------
 
-Answer<Delivery> Commands::write_object(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
-                                        Bytes value, bool by_sdo, bool keep_pdo,
+Call Commands::start(std::string why, Request request, const CallOptions& options) const {
+  return why.empty() ? line_.request(std::move(request), options) : line_.refused(std::move(why));
+}
+
+Answer<Delivery> Commands::write_object(unsigned node, unsigned index, unsigned sub, Bytes value,
+                                        bool by_sdo, bool keep_pdo,
                                         const CallOptions& options) const {
-  return Answer<Delivery>(start_call(line_,
-                                     line::ObjectWrite{.node = node,
-                                                       .address = address_of(index, sub),
-                                                       .data = std::move(value),
-                                                       .force_sdo = by_sdo,
-                                                       .keep_pdo = keep_pdo},
-                                     options));
+  return Answer<Delivery>(start(out_of_range({one_node(node), index_of(index), sub_of(sub)}),
+                                request_of(line::ObjectWrite{.node = byte_of(node),
+                                                             .address = address_of(index, sub),
+                                                             .data = std::move(value),
+                                                             .force_sdo = by_sdo,
+                                                             .keep_pdo = keep_pdo}),
+                                options));
 }
 
 // The output of that name, or why it cannot be used.
@@ -371,11 +385,6 @@ Error Commands::find_output(std::string_view name, const image::Entry*& entry,
   return Error::none;
 }
 
-Call Commands::refused(Error why) const {
-  return line_.core_ ? Core::call_of(line_.core_, line_.core_->refuse(std::string(describe(why))))
-                     : Call();
-}
-
 Answer<Delivery> Commands::write_output(std::string_view name, const Data& value, bool raw,
                                         const CallOptions& options) const {
   const image::Entry* entry = nullptr;
@@ -386,58 +395,64 @@ Answer<Delivery> Commands::write_output(std::string_view name, const Data& value
     failed = raw ? encode(value, entry->type, entry->bit_length, output.data)
                  : encode_scaled(value, *entry, output.data);
   if (failed != Error::none)
-    return Answer<Delivery>(refused(failed));
-  Request request = client::request_of(line::Request(std::move(output)));
+    return Answer<Delivery>(line_.refused(std::string(describe(failed))));
+  Request request = request_of(std::move(output));
   request.layout_id = layout_id;
   return Answer<Delivery>(line_.request(std::move(request), options));
 }
 
-Answer<Bytes> Commands::read_network(std::uint16_t network, std::uint8_t node, std::uint16_t index,
-                                     std::uint8_t sub, const CallOptions& options) const {
-  return Answer<Bytes>(start_call(
-      line_, line::NetworkRead{.network = network, .node = node, .address = address_of(index, sub)},
+Answer<Bytes> Commands::read_network(unsigned network, unsigned node, unsigned index, unsigned sub,
+                                     const CallOptions& options) const {
+  return Answer<Bytes>(start(
+      out_of_range({network_of(network), one_node(node), index_of(index), sub_of(sub)}),
+      request_of(line::NetworkRead{
+          .network = word_of(network), .node = byte_of(node), .address = address_of(index, sub)}),
       options));
 }
 
-Call Commands::write_network(std::uint16_t network, std::uint8_t node, std::uint16_t index,
-                             std::uint8_t sub, Bytes value, const CallOptions& options) const {
-  return start_call(line_,
-                    line::NetworkWrite{.network = network,
-                                       .node = node,
-                                       .address = address_of(index, sub),
-                                       .data = std::move(value)},
-                    options);
+Call Commands::write_network(unsigned network, unsigned node, unsigned index, unsigned sub,
+                             Bytes value, const CallOptions& options) const {
+  return start(out_of_range({network_of(network), one_node(node), index_of(index), sub_of(sub)}),
+               request_of(line::NetworkWrite{.network = word_of(network),
+                                             .node = byte_of(node),
+                                             .address = address_of(index, sub),
+                                             .data = std::move(value)}),
+               options);
 }
 
-Answer<Bytes> Commands::read_own(std::uint16_t index, std::uint8_t sub, std::uint8_t node,
+Answer<Bytes> Commands::read_own(unsigned index, unsigned sub, unsigned node,
                                  const CallOptions& options) const {
-  return Answer<Bytes>(
-      start_call(line_, line::LocalRead{.node = node, .what = address_of(index, sub)}, options));
+  return Answer<Bytes>(start(
+      out_of_range({index_of(index), sub_of(sub), node_or_0(node)}),
+      request_of(line::LocalRead{.node = byte_of(node), .what = address_of(index, sub)}), options));
 }
 
-Call Commands::write_own(std::uint16_t index, std::uint8_t sub, Bytes value, std::uint8_t node,
-                         bool as_owner, const CallOptions& options) const {
-  return start_call(line_,
-                    line::LocalWrite{.node = node,
-                                     .address = address_of(index, sub),
-                                     .as_owner = as_owner,
-                                     .data = std::move(value)},
-                    options);
+Call Commands::write_own(unsigned index, unsigned sub, Bytes value, unsigned node, bool as_owner,
+                         const CallOptions& options) const {
+  return start(out_of_range({index_of(index), sub_of(sub), node_or_0(node)}),
+               request_of(line::LocalWrite{.node = byte_of(node),
+                                           .address = address_of(index, sub),
+                                           .as_owner = as_owner,
+                                           .data = std::move(value)}),
+               options);
 }
 
-Answer<std::vector<ListedObject>> Commands::list_objects(std::uint16_t first, std::uint16_t last,
-                                                         std::uint8_t node,
+Answer<std::vector<ListedObject>> Commands::list_objects(unsigned first, unsigned last,
+                                                         unsigned node,
                                                          const CallOptions& options) const {
-  return Answer<std::vector<ListedObject>>(start_call(
-      line_, line::LocalRead{.node = node, .what = line::ObjectRange{first, last}}, options));
+  return Answer<std::vector<ListedObject>>(
+      start(out_of_range({word_number(first, "first"), word_number(last, "last"), node_or_0(node)}),
+            request_of(line::LocalRead{.node = byte_of(node),
+                                       .what = line::ObjectRange{word_of(first), word_of(last)}}),
+            options));
 }
 
-Call Commands::create_object(const ListedObject& object, std::optional<std::uint32_t> image_byte,
+Call Commands::create_object(const ListedObject& object, std::optional<std::uint64_t> image_byte,
                              const CallOptions& options) const {
-  if (std::max(object.name.size(), object.value.size()) > kMostSized)
-    return refused(Error::too_long);
-  line::OwnObject made{
-      .index = object.index, .in_image = image_byte.has_value(), .offset = image_byte.value_or(0)};
+  constexpr auto kAccesses = static_cast<std::uint8_t>(od::Access::constant);
+  line::OwnObject made{.index = object.index,
+                       .in_image = image_byte.has_value(),
+                       .offset = static_cast<std::uint32_t>(image_byte.value_or(0))};
   made.variable.sub = object.sub;
   made.variable.name = object.name;
   made.variable.type = static_cast<od::DataType>(object.type);
@@ -445,96 +460,122 @@ Call Commands::create_object(const ListedObject& object, std::optional<std::uint
   made.variable.mappable = object.mappable;
   made.variable.store = object.stored;
   made.variable.value = object.value;
-  return start_call(line_, line::ObjectCreate{.what = std::move(made)}, options);
+  return start(out_of_range({own_index_of(object.index),
+                             {"sub", object.sub < 0xFF, "0..254"},
+                             {"access", object.access <= kAccesses, "0..5"},
+                             text_of(object.name, "name"),
+                             {"image_byte", image_byte.value_or(0) <= 0xFFFF'FFFF, "0..FFFFFFFFh"},
+                             {"value", object.value.size() <= kMostSized, "0..255 bytes"}}),
+               request_of(line::ObjectCreate{.what = std::move(made)}), options);
 }
 
-Call Commands::remove_object(std::uint16_t index, const CallOptions& options) const {
-  return start_call(line_, line::ObjectCreate{.what = line::ObjectRemoval{index}}, options);
+Call Commands::remove_object(unsigned index, const CallOptions& options) const {
+  return start(out_of_range({own_index_of(index)}),
+               request_of(line::ObjectCreate{.what = line::ObjectRemoval{word_of(index)}}),
+               options);
 }
 
 // --- nodes ---------------------------------------------------------------------------------------
 
-Answer<std::vector<ScannedNode>> Commands::scan(std::uint8_t node,
-                                                const CallOptions& options) const {
-  return Answer<std::vector<ScannedNode>>(start_call(line_, line::Scan{node}, options));
+Answer<std::vector<ScannedNode>> Commands::scan(unsigned node, const CallOptions& options) const {
+  return Answer<std::vector<ScannedNode>>(
+      start(out_of_range({node_or_0(node)}), request_of(line::Scan{byte_of(node)}), options));
 }
 
-Answer<std::vector<ScannedNode>> Commands::apply_scan(std::uint8_t node, bool set_up, bool restore,
+Answer<std::vector<ScannedNode>> Commands::apply_scan(unsigned node, bool set_up, bool restore,
                                                       const CallOptions& options) const {
-  return Answer<std::vector<ScannedNode>>(start_call(
-      line_, line::ScanApply{.node = node, .set_up = set_up, .restore = restore}, options));
+  return Answer<std::vector<ScannedNode>>(start(
+      out_of_range({node_or_0(node)}),
+      request_of(line::ScanApply{.node = byte_of(node), .set_up = set_up, .restore = restore}),
+      options));
 }
 
-Answer<std::vector<BootResult>> Commands::boot(std::uint8_t node,
-                                               const CallOptions& options) const {
-  return Answer<std::vector<BootResult>>(start_call(line_, line::Boot{node}, options));
+Answer<std::vector<BootResult>> Commands::boot(unsigned node, const CallOptions& options) const {
+  return Answer<std::vector<BootResult>>(
+      start(out_of_range({node_or_0(node)}), request_of(line::Boot{byte_of(node)}), options));
 }
 
-Answer<std::vector<Configuration>> Commands::compare(std::uint8_t node,
+Answer<std::vector<Configuration>> Commands::compare(unsigned node,
                                                      const CallOptions& options) const {
   return Answer<std::vector<Configuration>>(
-      start_call(line_, line::Configure{.node = node}, options));
+      start(out_of_range({node_or_0(node)}), request_of(line::Configure{.node = byte_of(node)}),
+            options));
 }
 
-Answer<std::vector<Configuration>> Commands::configure(std::uint8_t node,
+Answer<std::vector<Configuration>> Commands::configure(unsigned node,
                                                        const CallOptions& options) const {
   return Answer<std::vector<Configuration>>(
-      start_call(line_, line::Configure{.node = node, .apply = true}, options));
+      start(out_of_range({node_or_0(node)}),
+            request_of(line::Configure{.node = byte_of(node), .apply = true}), options));
 }
 
-Answer<ProgramFault> Commands::program(std::uint8_t node, std::uint8_t number, Bytes program,
+Answer<ProgramFault> Commands::program(unsigned node, unsigned number, Bytes program,
                                        const CallOptions& options) const {
-  return Answer<ProgramFault>(start_call(
-      line_, line::ProgramDownload{.node = node, .number = number, .program = std::move(program)},
-      options));
+  const bool has_size = !program.empty() && program.size() <= kLongestProgram;
+  return Answer<ProgramFault>(
+      start(out_of_range({one_node(node),
+                          {"number", number >= 1 && number <= 0xFF, "1..255"},
+                          {"program", has_size, "1 byte to 16 MiB"}}),
+            request_of(line::ProgramDownload{
+                .node = byte_of(node), .number = byte_of(number), .program = std::move(program)}),
+            options));
 }
 
 // --- LSS -----------------------------------------------------------------------------------------
 
 Answer<LssResult> Commands::lss_switch_global(bool configuration,
                                               const CallOptions& options) const {
-  return start_lss(line_, lss::Procedure::switch_global,
-                   {configuration ? std::byte{1} : std::byte{0}}, options);
+  return Answer<LssResult>(line_.request(
+      lss_request(lss::Procedure::switch_global, {configuration ? std::byte{1} : std::byte{0}}),
+      options));
 }
 
 Answer<LssResult> Commands::lss_switch_selective(const LssAddress& address,
                                                  const CallOptions& options) const {
-  return start_lss(line_, lss::Procedure::switch_selective, lss_bytes(address), options);
+  return Answer<LssResult>(
+      line_.request(lss_request(lss::Procedure::switch_selective, lss_bytes(address)), options));
 }
 
-Answer<LssResult> Commands::lss_set_node_id(std::uint8_t node, bool unchecked,
+Answer<LssResult> Commands::lss_set_node_id(unsigned node, bool unchecked,
                                             const CallOptions& options) const {
-  std::vector<std::byte> arguments{std::byte{node}};
+  std::vector<std::byte> arguments{std::byte{byte_of(node)}};
   if (unchecked)
     arguments.push_back(std::byte{1});
-  return start_lss(line_, lss::Procedure::configure_node_id, std::move(arguments), options);
+  const bool valid = one_node(node).valid || node == lss::kNoNodeId;
+  return Answer<LssResult>(
+      start(out_of_range({{"node", valid, "1..127 or 255"}}),
+            lss_request(lss::Procedure::configure_node_id, std::move(arguments)), options));
 }
 
-Answer<LssResult> Commands::lss_set_bit_timing(std::uint8_t table, std::uint8_t index,
+Answer<LssResult> Commands::lss_set_bit_timing(unsigned table, unsigned index,
                                                const CallOptions& options) const {
-  return start_lss(line_, lss::Procedure::configure_bit_timing,
-                   {std::byte{table}, std::byte{index}}, options);
+  return Answer<LssResult>(
+      start(out_of_range({byte_number(table, "table"), byte_number(index, "index")}),
+            lss_request(lss::Procedure::configure_bit_timing,
+                        {std::byte{byte_of(table)}, std::byte{byte_of(index)}}),
+            options));
 }
 
 Answer<LssResult> Commands::lss_activate_bit_timing(std::chrono::milliseconds delay,
                                                     const CallOptions& options) const {
-  if (delay.count() < 0 || delay.count() > 0xFFFF)
-    return Answer<LssResult>(refused(Error::out_of_range));
+  const bool valid = delay.count() >= 0 && delay.count() <= 0xFFFF;
   std::vector<std::byte> arguments;
-  append_number(static_cast<std::uint32_t>(delay.count()), 2, arguments);
-  return start_lss(line_, lss::Procedure::activate_bit_timing, std::move(arguments), options);
+  append_number(valid ? static_cast<std::uint32_t>(delay.count()) : 0U, 2, arguments);
+  return Answer<LssResult>(
+      start(out_of_range({{"delay", valid, "0..65535 ms"}}),
+            lss_request(lss::Procedure::activate_bit_timing, std::move(arguments)), options));
 }
 
 Answer<LssResult> Commands::lss_store(const CallOptions& options) const {
-  return start_lss(line_, lss::Procedure::store, {}, options);
+  return Answer<LssResult>(line_.request(lss_request(lss::Procedure::store), options));
 }
 
 Answer<LssResult> Commands::lss_inquire_address(const CallOptions& options) const {
-  return start_lss(line_, lss::Procedure::inquire_address, {}, options);
+  return Answer<LssResult>(line_.request(lss_request(lss::Procedure::inquire_address), options));
 }
 
 Answer<LssResult> Commands::lss_inquire_node_id(const CallOptions& options) const {
-  return start_lss(line_, lss::Procedure::inquire_node_id, {}, options);
+  return Answer<LssResult>(line_.request(lss_request(lss::Procedure::inquire_node_id), options));
 }
 
 Answer<LssResult> Commands::lss_identify(const LssAddress& lowest, std::uint32_t highest_revision,
@@ -544,34 +585,40 @@ Answer<LssResult> Commands::lss_identify(const LssAddress& lowest, std::uint32_t
   for (const std::uint32_t part : {lowest.vendor, lowest.product, lowest.revision, highest_revision,
                                    lowest.serial, highest_serial})
     append_number(part, 4, arguments);
-  return start_lss(line_, lss::Procedure::identify, std::move(arguments), options);
+  return Answer<LssResult>(
+      line_.request(lss_request(lss::Procedure::identify, std::move(arguments)), options));
 }
 
 Answer<LssResult> Commands::lss_identify_unconfigured(const CallOptions& options) const {
-  return start_lss(line_, lss::Procedure::identify_unconfigured, {}, options);
+  return Answer<LssResult>(
+      line_.request(lss_request(lss::Procedure::identify_unconfigured), options));
 }
 
-Answer<LssResult> Commands::lss_fastscan(std::uint8_t known, const LssAddress& address,
+Answer<LssResult> Commands::lss_fastscan(unsigned known, const LssAddress& address,
                                          const CallOptions& options) const {
+  constexpr unsigned kAllParts = 15;
   std::vector<std::byte> arguments;
   if (known != 0) {
-    arguments.push_back(std::byte{known});
+    arguments.push_back(std::byte{byte_of(known)});
     const std::vector<std::byte> bytes = lss_bytes(address);
     arguments.insert(arguments.end(), bytes.begin(), bytes.end());
   }
-  return start_lss(line_, lss::Procedure::fastscan, std::move(arguments), options);
+  return Answer<LssResult>(start(out_of_range({{"known", known <= kAllParts, "0..15"}}),
+                                 lss_request(lss::Procedure::fastscan, std::move(arguments)),
+                                 options));
 }
 
 Answer<LssResult> Commands::lss_assign_node_ids(const CallOptions& options) const {
-  return start_lss(line_, lss::Procedure::assign, {}, options);
+  return Answer<LssResult>(line_.request(lss_request(lss::Procedure::assign), options));
 }
 
 // --- PDOs, EMCYs and frames ----------------------------------------------------------------------
 
-Answer<std::vector<std::uint16_t>> Commands::trigger_pdo(std::uint16_t number, std::uint8_t node,
+Answer<std::vector<std::uint16_t>> Commands::trigger_pdo(unsigned number, unsigned node,
                                                          const CallOptions& options) const {
-  return Answer<std::vector<std::uint16_t>>(
-      start_call(line_, line::PdoTrigger{.node = node, .number = number}, options));
+  return Answer<std::vector<std::uint16_t>>(start(
+      out_of_range({node_or_0(node), node == 0 ? line_pdo(number) : device_pdo(number)}),
+      request_of(line::PdoTrigger{.node = byte_of(node), .number = word_of(number)}), options));
 }
 
 Answer<std::vector<std::uint16_t>> Commands::trigger_pdos_of(std::string_view output,
@@ -580,142 +627,160 @@ Answer<std::vector<std::uint16_t>> Commands::trigger_pdos_of(std::string_view ou
   std::uint32_t number = 0;
   std::uint64_t layout_id = 0;
   if (const Error why = find_output(output, entry, number, layout_id); why != Error::none)
-    return Answer<std::vector<std::uint16_t>>(refused(why));
-  Request request =
-      client::request_of(line::Request(line::PdoTrigger{.output_byte = entry->bit_offset / 8}));
+    return Answer<std::vector<std::uint16_t>>(line_.refused(std::string(describe(why))));
+  Request request = request_of(line::PdoTrigger{.output_byte = entry->bit_offset / 8});
   request.layout_id = layout_id;
   return Answer<std::vector<std::uint16_t>>(line_.request(std::move(request), options));
 }
 
-Call Commands::request_pdo(std::uint8_t node, std::uint16_t number,
-                           const CallOptions& options) const {
-  return start_call(line_, line::PdoRequest{.node = node, .number = number}, options);
+Call Commands::request_pdo(unsigned node, unsigned number, const CallOptions& options) const {
+  return start(out_of_range({node_or_0(node), node == 0 ? line_pdo(number) : device_pdo(number)}),
+               request_of(line::PdoRequest{.node = byte_of(node), .number = word_of(number)}),
+               options);
 }
 
-Answer<std::uint16_t> Commands::write_mpdo(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
-                                           Bytes value, std::uint16_t tpdo,
-                                           const CallOptions& options) const {
-  return Answer<std::uint16_t>(start_call(
-      line_,
-      line::MpdoWrite{
-          .node = node, .address = address_of(index, sub), .data = std::move(value), .tpdo = tpdo},
-      options));
+Answer<std::uint16_t> Commands::write_mpdo(unsigned node, unsigned index, unsigned sub, Bytes value,
+                                           unsigned tpdo, const CallOptions& options) const {
+  const bool has_size = !value.empty() && value.size() <= kMostMpdo;
+  return Answer<std::uint16_t>(start(out_of_range({node_or_0(node),
+                                                   index_of(index),
+                                                   sub_of(sub),
+                                                   {"value", has_size, "1 to 4 bytes"},
+                                                   {"tpdo", tpdo <= kMostPdos, "0..512"}}),
+                                     request_of(line::MpdoWrite{.node = byte_of(node),
+                                                                .address = address_of(index, sub),
+                                                                .data = std::move(value),
+                                                                .tpdo = word_of(tpdo)}),
+                                     options));
 }
 
-Call Commands::send_emcy(std::uint16_t code, std::uint8_t error_register,
-                         const std::array<std::byte, 5>& manufacturer, std::uint8_t node,
+Call Commands::send_emcy(unsigned code, unsigned error_register,
+                         const std::array<std::byte, 5>& manufacturer, unsigned node,
                          const CallOptions& options) const {
-  return start_call(line_,
-                    line::EmcySend{.node = node,
-                                   .code = code,
-                                   .error_register = error_register,
-                                   .manufacturer = manufacturer},
-                    options);
+  return start(out_of_range({word_number(code, "code"),
+                             byte_number(error_register, "error_register"), node_or_0(node)}),
+               request_of(line::EmcySend{.node = byte_of(node),
+                                         .code = word_of(code),
+                                         .error_register = byte_of(error_register),
+                                         .manufacturer = manufacturer}),
+               options);
 }
 
 Call Commands::send_frame(std::uint32_t identifier, const Bytes& data, bool extended, bool fd,
                           bool bit_rate_switch, const CallOptions& options) const {
-  if (identifier > kMostIdentifier || data.size() > (fd ? can::kMaxFdData : can::kMaxClassicData) ||
-      (bit_rate_switch && !fd))
-    return refused(Error::out_of_range);
+  const bool has_size =
+      data.size() <= can::kMaxClassicData ||
+      (fd && data.size() <= can::kMaxFdData && can::fd_length(data.size()) == data.size());
+  std::string why = out_of_range(
+      {identifier_of(identifier, extended),
+       {"data", has_size, fd ? "0..8, 12, 16, 20, 24, 32, 48 or 64 bytes" : "0..8 bytes"},
+       {"bit_rate_switch", fd || !bit_rate_switch, "possible without fd"}});
+  if (!why.empty())
+    return line_.refused(std::move(why));
   const unsigned flags = (fd ? unsigned{can::Frame::kFd} : 0U) |
                          (bit_rate_switch ? unsigned{can::Frame::kBitRateSwitch} : 0U);
   can::Frame frame = frame_of(identifier, extended, static_cast<std::uint8_t>(flags));
   frame.length = static_cast<std::uint8_t>(data.size());
   std::ranges::copy(data, frame.data.begin());
-  return start_call(line_, line::CanSend{frame}, options);
+  return line_.request(request_of(line::CanSend{frame}), options);
 }
 
-Call Commands::send_remote_frame(std::uint32_t identifier, std::uint8_t length, bool extended,
+Call Commands::send_remote_frame(std::uint32_t identifier, unsigned length, bool extended,
                                  const CallOptions& options) const {
-  if (identifier > kMostIdentifier)
-    return refused(Error::out_of_range);
+  std::string why = out_of_range(
+      {identifier_of(identifier, extended), {"length", length <= can::kMaxClassicData, "0..8"}});
+  if (!why.empty())
+    return line_.refused(std::move(why));
   can::Frame frame = frame_of(identifier, extended, can::Frame::kRemote);
-  frame.length = length;
-  return start_call(line_, line::CanSend{frame}, options);
+  frame.length = byte_of(length);
+  return line_.request(request_of(line::CanSend{frame}), options);
 }
 
-Call Commands::listen(std::chrono::seconds duration, std::uint32_t identifier, std::uint32_t mask,
+Call Commands::listen(std::chrono::seconds seconds, std::uint32_t identifier, std::uint32_t mask,
                       std::optional<bool> extended, const CallOptions& options) const {
-  if (duration.count() < 0 || duration.count() > 0xFFFF || identifier > kMostIdentifier ||
-      mask > line::CanListen::kAllBits)
-    return refused(Error::out_of_range);
-  return start_call(
-      line_,
-      line::CanListen{
-          .identifier = identifier, .mask = mask, .extended = extended, .duration = duration},
+  const bool timely = seconds >= std::chrono::seconds(0) && seconds <= kLongestListening;
+  return start(
+      out_of_range({{"seconds", timely, "0..3600"},
+                    identifier_of(identifier, true),
+                    {"mask", mask <= line::CanListen::kAllBits, "0..1FFFFFFFh"}}),
+      request_of(line::CanListen{
+          .identifier = identifier, .mask = mask, .extended = extended, .duration = seconds}),
       options);
 }
 
-Call Commands::trace_routing(std::chrono::seconds duration, const CallOptions& options) const {
-  if (duration < std::chrono::seconds(1) || duration > std::chrono::hours(1))
-    return refused(Error::out_of_range);
-  return start_call(line_, line::RoutingTrace{duration}, options);
+Call Commands::trace_routing(std::chrono::seconds seconds, const CallOptions& options) const {
+  const bool timely = seconds >= std::chrono::seconds(1) && seconds <= std::chrono::hours(1);
+  return start(out_of_range({{"seconds", timely, "1..3600"}}),
+               request_of(line::RoutingTrace{seconds}), options);
 }
 
 // --- SDO connections, sleep ----------------------------------------------------------------------
 
-Answer<std::vector<SdoConnection>> Commands::open_connection(std::uint8_t client,
-                                                             std::uint8_t server,
+Answer<std::vector<SdoConnection>> Commands::open_connection(unsigned client, unsigned server,
                                                              const CallOptions& options) const {
   return Answer<std::vector<SdoConnection>>(
-      start_call(line_, line::ConnectionOpen{.node = client, .server = server}, options));
+      start(out_of_range({one_node(client, "client"), one_node(server, "server")}),
+            request_of(line::ConnectionOpen{.node = byte_of(client), .server = byte_of(server)}),
+            options));
 }
 
 Call Commands::close_connection(std::uint32_t number, const CallOptions& options) const {
-  return start_call(line_, line::ConnectionClose{number}, options);
+  return line_.request(request_of(line::ConnectionClose{number}), options);
 }
 
 Answer<std::vector<SdoConnection>> Commands::connections(const CallOptions& options) const {
-  return Answer<std::vector<SdoConnection>>(start_call(line_, line::ConnectionList{}, options));
+  return Answer<std::vector<SdoConnection>>(
+      line_.request(request_of(line::ConnectionList{}), options));
 }
 
 Answer<std::vector<std::uint8_t>> Commands::check_sleep(const CallOptions& options) const {
   return Answer<std::vector<std::uint8_t>>(
-      start_call(line_, line::SleepRequest{line::SleepAction::check}, options));
+      line_.request(request_of(line::SleepRequest{line::SleepAction::check}), options));
 }
 
 Answer<std::vector<std::uint8_t>> Commands::sleep(const CallOptions& options) const {
   return Answer<std::vector<std::uint8_t>>(
-      start_call(line_, line::SleepRequest{line::SleepAction::sleep}, options));
+      line_.request(request_of(line::SleepRequest{line::SleepAction::sleep}), options));
 }
 
 Call Commands::sleep_unchecked(const CallOptions& options) const {
-  return start_call(line_, line::SleepRequest{line::SleepAction::prepare}, options);
+  return line_.request(request_of(line::SleepRequest{line::SleepAction::prepare}), options);
 }
 
 Call Commands::wake_up(const CallOptions& options) const {
-  return start_call(line_, line::SleepRequest{line::SleepAction::wake}, options);
+  return line_.request(request_of(line::SleepRequest{line::SleepAction::wake}), options);
 }
 
 Call Commands::object_to_sleep(bool object, const CallOptions& options) const {
   const auto action = object ? line::SleepAction::object : line::SleepAction::consent;
-  return start_call(line_, line::SleepRequest{action}, options);
+  return line_.request(request_of(line::SleepRequest{action}), options);
 }
 
 // --- the gateway ---------------------------------------------------------------------------------
 
 Answer<std::string> Commands::versions(const CallOptions& options) const {
-  return Answer<std::string>(
-      start_call(line_, request::GatewayRequest(request::Versions{}), options));
+  return Answer<std::string>(line_.request(gateway_request_of(request::Versions{}), options));
 }
 
 Call Commands::restart_bus(const CallOptions& options) const {
-  return start_call(line_, request::GatewayRequest(request::BusRestart{}), options);
+  return line_.request(gateway_request_of(request::BusRestart{}), options);
 }
 
 Answer<std::string> Commands::set_bus_faults(std::string_view faults,
                                              const CallOptions& options) const {
   return Answer<std::string>(
-      start_call(line_, request::GatewayRequest(request::BusFault{std::string(faults)}), options));
+      start(out_of_range({{"faults", faults.size() <= kMostFaults, "0..256 bytes"}}),
+            gateway_request_of(request::BusFault{std::string(faults)}), options));
 }
 
 Answer<JournalPage> Commands::read_journal(const JournalQuery& query,
                                            const CallOptions& options) const {
-  if (std::max(query.text.size(), query.line.value_or("").size()) > kMostSized)
-    return Answer<JournalPage>(refused(Error::too_long));
-  return Answer<JournalPage>(
-      start_call(line_, request::GatewayRequest(journal_request(query)), options));
+  constexpr auto kWorst = static_cast<std::uint8_t>(EventSeverity::error);
+  return Answer<JournalPage>(start(out_of_range({text_of(query.line.value_or(""), "line"),
+                                                 text_of(query.text, "text"),
+                                                 node_or_0(query.node.value_or(0)),
+                                                 {"severity", query.severity <= kWorst, "0..2"}}),
+                                   gateway_request_of(journal_request(query)), options));
 }
 
 }  // namespace linegate::client

@@ -227,70 +227,75 @@ JournalPage Answer<JournalPage>::result() const;
 
 inline constexpr CallOptions kLong{.timeout = std::chrono::minutes(10)};
 
-// node: 1 to 127; 0 = all where it says so. A parameter that is out of range refuses the call at
-// once, with REFUSAL_BAD_REQUEST.
+// node: 1 to 127; 0 = all where it says so. index: 0 to FFFFh. sub: 0 to 255. A parameter that is
+// out of its range is not sent: it refuses the call at once, with REFUSAL_BAD_REQUEST and a text
+// that names it and its range, as "node is not 1..127". That is why the types of numbers are wider
+// than their ranges: a conversion to them cuts nothing.
 class Commands {
  public:
   explicit Commands(Line line) : line_(std::move(line)) {}
 
   // COMMAND_OBJECT_WRITE: by PDO if one carries the object, else by SDO. by_sdo: by SDO in any
   // case. keep_pdo: the PDO is sent by trigger_pdo().
-  Answer<Delivery> write_object(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
-                                Bytes value, bool by_sdo = false, bool keep_pdo = false,
+  Answer<Delivery> write_object(unsigned node, unsigned index, unsigned sub, Bytes value,
+                                bool by_sdo = false, bool keep_pdo = false,
                                 const CallOptions& options = {}) const;
   // COMMAND_OUTPUT_WRITE: one output, by a person, by its name as in Group::set(), in its unit;
   // raw: as Group::set_raw(). The line must be ready.
   Answer<Delivery> write_output(std::string_view name, const Data& value, bool raw = false,
                                 const CallOptions& options = {}) const;
   // COMMAND_NETWORK_READ, COMMAND_NETWORK_WRITE: of a device in another network (CiA 302-7).
-  Answer<Bytes> read_network(std::uint16_t network, std::uint8_t node, std::uint16_t index,
-                             std::uint8_t sub, const CallOptions& options = {}) const;
-  Call write_network(std::uint16_t network, std::uint8_t node, std::uint16_t index,
-                     std::uint8_t sub, Bytes value, const CallOptions& options = {}) const;
+  // network: 1 to 65535.
+  Answer<Bytes> read_network(unsigned network, unsigned node, unsigned index, unsigned sub,
+                             const CallOptions& options = {}) const;
+  Call write_network(unsigned network, unsigned node, unsigned index, unsigned sub, Bytes value,
+                     const CallOptions& options = {}) const;
 
   // COMMAND_LOCAL_READ, COMMAND_LOCAL_WRITE: the own object dictionary of the line. node: of a
   // device in role device, 0 = the only one. as_owner: as the device itself, LOCAL_WRITE_OWN.
-  Answer<Bytes> read_own(std::uint16_t index, std::uint8_t sub, std::uint8_t node = 0,
+  Answer<Bytes> read_own(unsigned index, unsigned sub, unsigned node = 0,
                          const CallOptions& options = {}) const;
-  Call write_own(std::uint16_t index, std::uint8_t sub, Bytes value, std::uint8_t node = 0,
+  Call write_own(unsigned index, unsigned sub, Bytes value, unsigned node = 0,
                  bool as_owner = false, const CallOptions& options = {}) const;
   // node: 0, or the one whose device file is listed.
-  Answer<std::vector<ListedObject>> list_objects(std::uint16_t first = 0,
-                                                 std::uint16_t last = 0xFFFF, std::uint8_t node = 0,
+  Answer<std::vector<ListedObject>> list_objects(unsigned first = 0, unsigned last = 0xFFFF,
+                                                 unsigned node = 0,
                                                  const CallOptions& options = {}) const;
   // COMMAND_OBJECT_CREATE: `object` with its default in `value`; `application` has no effect.
-  // image_byte: its bytes are those of the image from there on.
-  Call create_object(const ListedObject& object, std::optional<std::uint32_t> image_byte = {},
+  // image_byte: its bytes are those of the image from there on, 0 to FFFFFFFFh. index: 2000h to
+  // 5EFFh or 6000h to 9FFFh; sub: 0 to 254; name: up to 255 bytes.
+  Call create_object(const ListedObject& object, std::optional<std::uint64_t> image_byte = {},
                      const CallOptions& options = {}) const;
-  Call remove_object(std::uint16_t index, const CallOptions& options = {}) const;
+  Call remove_object(unsigned index, const CallOptions& options = {}) const;
 
   // COMMAND_SCAN, COMMAND_SCAN_APPLY (SCAN_SET_UP, SCAN_RESTORE). node: 0 = all.
-  Answer<std::vector<ScannedNode>> scan(std::uint8_t node = 0,
+  Answer<std::vector<ScannedNode>> scan(unsigned node = 0,
                                         const CallOptions& options = kLong) const;
-  Answer<std::vector<ScannedNode>> apply_scan(std::uint8_t node = 0, bool set_up = false,
+  Answer<std::vector<ScannedNode>> apply_scan(unsigned node = 0, bool set_up = false,
                                               bool restore = false,
                                               const CallOptions& options = kLong) const;
   // COMMAND_BOOT. node: 0 = all of the network list.
-  Answer<std::vector<BootResult>> boot(std::uint8_t node = 0,
-                                       const CallOptions& options = kLong) const;
+  Answer<std::vector<BootResult>> boot(unsigned node = 0, const CallOptions& options = kLong) const;
   // COMMAND_CONFIGURE, code 0 and 1. node: 0 = all.
-  Answer<std::vector<Configuration>> compare(std::uint8_t node = 0,
+  Answer<std::vector<Configuration>> compare(unsigned node = 0,
                                              const CallOptions& options = kLong) const;
-  Answer<std::vector<Configuration>> configure(std::uint8_t node = 0,
+  Answer<std::vector<Configuration>> configure(unsigned node = 0,
                                                const CallOptions& options = kLong) const;
-  // COMMAND_PROGRAM. number: of the program, from 1. program: 1 byte to 16 MiB.
-  Answer<ProgramFault> program(std::uint8_t node, std::uint8_t number, Bytes program,
+  // COMMAND_PROGRAM. number: of the program, 1 to 255. program: 1 byte to 16 MiB.
+  Answer<ProgramFault> program(unsigned node, unsigned number, Bytes program,
                                const CallOptions& options = kLong) const;
 
   // COMMAND_LSS, codes 0 to 11 (CiA 305). The call is done whatever the outcome is.
   Answer<LssResult> lss_switch_global(bool configuration, const CallOptions& options = {}) const;
   Answer<LssResult> lss_switch_selective(const LssAddress& address,
                                          const CallOptions& options = {}) const;
-  // node: 255 = none. unchecked: without the check that no other device uses it.
-  Answer<LssResult> lss_set_node_id(std::uint8_t node, bool unchecked = false,
+  // node: 1 to 127; 255 = none. unchecked: without the check that no other device uses it.
+  Answer<LssResult> lss_set_node_id(unsigned node, bool unchecked = false,
                                     const CallOptions& options = {}) const;
-  Answer<LssResult> lss_set_bit_timing(std::uint8_t table, std::uint8_t index,
+  // table: 0 = that of CiA 305, to 255; index: 0 to 255, in it.
+  Answer<LssResult> lss_set_bit_timing(unsigned table, unsigned index,
                                        const CallOptions& options = {}) const;
+  // delay: 0 to 65,535 ms.
   Answer<LssResult> lss_activate_bit_timing(std::chrono::milliseconds delay,
                                             const CallOptions& options = {}) const;
   Answer<LssResult> lss_store(const CallOptions& options = {}) const;
@@ -301,45 +306,48 @@ class Commands {
                                  const CallOptions& options = {}) const;
   Answer<LssResult> lss_identify_unconfigured(const CallOptions& options = {}) const;
   // known: bit 0 vendor, 1 product, 2 revision, 3 serial number of `address` are known.
-  Answer<LssResult> lss_fastscan(std::uint8_t known = 0, const LssAddress& address = {},
+  Answer<LssResult> lss_fastscan(unsigned known = 0, const LssAddress& address = {},
                                  const CallOptions& options = kLong) const;
   Answer<LssResult> lss_assign_node_ids(const CallOptions& options = kLong) const;
 
-  // COMMAND_PDO_TRIGGER: by the number of the PDO, with `node` by that of its RPDO; or all that
-  // carry that output. Result: their numbers.
-  Answer<std::vector<std::uint16_t>> trigger_pdo(std::uint16_t number, std::uint8_t node = 0,
+  // COMMAND_PDO_TRIGGER: by the number of the PDO, 1 to 65535, with `node` by that of its RPDO, 1
+  // to 512; or all that carry that output. Result: their numbers.
+  Answer<std::vector<std::uint16_t>> trigger_pdo(unsigned number, unsigned node = 0,
                                                  const CallOptions& options = {}) const;
   Answer<std::vector<std::uint16_t>> trigger_pdos_of(std::string_view output,
                                                      const CallOptions& options = {}) const;
-  // COMMAND_PDO_REQUEST. node 0: number is that of an RPDO of the own node.
-  Call request_pdo(std::uint8_t node, std::uint16_t number, const CallOptions& options = {}) const;
-  // COMMAND_MPDO_WRITE: 1 to 4 bytes. node 0 = all. tpdo 0 = the first in that mode. Result: its
-  // number.
-  Answer<std::uint16_t> write_mpdo(std::uint8_t node, std::uint16_t index, std::uint8_t sub,
-                                   Bytes value, std::uint16_t tpdo = 0,
-                                   const CallOptions& options = {}) const;
-  // COMMAND_EMCY_SEND. node: of a device in role device, 0 = the only one.
-  Call send_emcy(std::uint16_t code, std::uint8_t error_register,
-                 const std::array<std::byte, 5>& manufacturer = {}, std::uint8_t node = 0,
+  // COMMAND_PDO_REQUEST. number: of a TPDO of the node, 1 to 512; node 0: of an RPDO of the own
+  // node, 1 to 65535.
+  Call request_pdo(unsigned node, unsigned number, const CallOptions& options = {}) const;
+  // COMMAND_MPDO_WRITE: 1 to 4 bytes. node 0 = all. tpdo: 1 to 512; 0 = the first in that mode.
+  // Result: its number.
+  Answer<std::uint16_t> write_mpdo(unsigned node, unsigned index, unsigned sub, Bytes value,
+                                   unsigned tpdo = 0, const CallOptions& options = {}) const;
+  // COMMAND_EMCY_SEND. code: 0 to FFFFh. error_register: 0 to 255. node: of a device in role
+  // device, 0 = the only one.
+  Call send_emcy(unsigned code, unsigned error_register,
+                 const std::array<std::byte, 5>& manufacturer = {}, unsigned node = 0,
                  const CallOptions& options = {}) const;
 
-  // COMMAND_CAN_SEND: a frame that no service of the line uses. Up to 8 bytes; fd: up to 64.
+  // COMMAND_CAN_SEND: a frame that no service of the line uses. identifier: 0 to 7FFh; extended: to
+  // 1FFFFFFFh. data: up to 8 bytes; fd: also 12, 16, 20, 24, 32, 48 or 64.
   Call send_frame(std::uint32_t identifier, const Bytes& data, bool extended = false,
                   bool fd = false, bool bit_rate_switch = false,
                   const CallOptions& options = {}) const;
-  // length: that is requested.
-  Call send_remote_frame(std::uint32_t identifier, std::uint8_t length, bool extended = false,
+  // length: that is requested, 0 to 8.
+  Call send_remote_frame(std::uint32_t identifier, unsigned length, bool extended = false,
                          const CallOptions& options = {}) const;
-  // COMMAND_CAN_LISTEN: such frames as events for that time, 0 = no more. mask: the bits of the
+  // COMMAND_CAN_LISTEN: such frames as events for up to 1 h, 0 = no more. identifier, mask: 0 to
+  // 1FFFFFFFh. mask: the bits of the
   // identifier that are compared. extended: only frames with 29-bit, or 11-bit, identifiers.
-  Call listen(std::chrono::seconds duration, std::uint32_t identifier = 0, std::uint32_t mask = 0,
+  Call listen(std::chrono::seconds seconds, std::uint32_t identifier = 0, std::uint32_t mask = 0,
               std::optional<bool> extended = {}, const CallOptions& options = {}) const;
   // COMMAND_ROUTING_TRACE: 1 s to 1 h.
-  Call trace_routing(std::chrono::seconds duration, const CallOptions& options = {}) const;
+  Call trace_routing(std::chrono::seconds seconds, const CallOptions& options = {}) const;
 
   // COMMAND_CONNECTION_OPEN, COMMAND_CONNECTION_CLOSE, COMMAND_CONNECTION_LIST: SDO connections
   // between two nodes.
-  Answer<std::vector<SdoConnection>> open_connection(std::uint8_t client, std::uint8_t server,
+  Answer<std::vector<SdoConnection>> open_connection(unsigned client, unsigned server,
                                                      const CallOptions& options = kLong) const;
   Call close_connection(std::uint32_t number, const CallOptions& options = kLong) const;
   Answer<std::vector<SdoConnection>> connections(const CallOptions& options = {}) const;
@@ -363,7 +371,8 @@ class Commands {
  private:
   Error find_output(std::string_view name, const image::Entry*& entry, std::uint32_t& number,
                     std::uint64_t& layout_id) const;
-  Call refused(Error why) const;
+  // Sends the request, or refuses the call with that text.
+  Call start(std::string why, Request request, const CallOptions& options) const;
 
   Line line_;
 };

@@ -322,7 +322,9 @@ typedef struct linegate_request {
  * linegate_request, which has precedence; 1 at first, 0 as 1. Since LINEGATE_2. */
 int linegate_set_attempts(linegate_client* client, int line, unsigned attempts);
 /* Each begins a call and returns its number: COMMAND_SDO_READ, COMMAND_SDO_WRITE, COMMAND_NMT, and
- * any command by its members. timeout_ms: until the answer, waiting for the line included. */
+ * any command by its members. timeout_ms: until the answer, waiting for the line included; at most
+ * 24 hours. node: 1 to 127, of linegate_nmt() also 0 = all. A number out of its range refuses the
+ * call at once, as those of the typed commands below. */
 int linegate_sdo_read(linegate_client* client, int line, unsigned node, unsigned index,
                       unsigned sub, int timeout_ms);
 int linegate_sdo_write(linegate_client* client, int line, unsigned node, unsigned index,
@@ -359,10 +361,12 @@ int linegate_free(linegate_client* client, int number);
 
 /* The other commands of the contract, with their parameters. What they do is in linegate.idl, at
  * the CommandKind that the comment of each names, and in COMMANDS.md. Each begins a call and
- * returns its number; it is tried as linegate_set_attempts() says. A parameter that has no place in
- * the request is LINEGATE_ERROR_ARGUMENT, another one that is out of range refuses the call at
- * once. node: 1 to 127; 0 = all where it says so. Values of objects are bytes, little-endian. All
- * of this section and of the next one is since LINEGATE_2. */
+ * returns its number; it is tried as linegate_set_attempts() says. A number out of its range is not
+ * sent: it refuses the call at once, with REFUSAL_BAD_REQUEST, and the text of its result names the
+ * parameter and its range, as "node is not 1..127". A null pointer, more than 16 MiB of data, and
+ * flags that do not exist are LINEGATE_ERROR_ARGUMENT. node: 1 to 127; 0 = all where it says so.
+ * index: 0 to FFFFh. sub: 0 to 255. Values of objects are bytes, little-endian. All of this section
+ * and of the next one is since LINEGATE_2. */
 
 /* A time-out in milliseconds for commands that wait for devices: scan, boot, configure, program,
  * LSS fastscan and assignment, SDO connections. */
@@ -381,7 +385,8 @@ int linegate_write_object(linegate_client* client, int line, unsigned node, unsi
  * line must be ready. Result: linegate_call_delivery(). */
 int linegate_write_output(linegate_client* client, int line, const linegate_setting* output,
                           int timeout_ms);
-/* COMMAND_NETWORK_READ, COMMAND_NETWORK_WRITE: of a device in another network (CiA 302-7). */
+/* COMMAND_NETWORK_READ, COMMAND_NETWORK_WRITE: of a device in another network (CiA 302-7). network:
+ * 1 to 65535. */
 int linegate_read_network(linegate_client* client, int line, unsigned network, unsigned node,
                           unsigned index, unsigned sub, int timeout_ms);
 int linegate_write_network(linegate_client* client, int line, unsigned network, unsigned node,
@@ -412,8 +417,8 @@ typedef struct linegate_object {
   const void* value;   /* empty: not readable, or longer than 255 bytes */
   size_t length;       /* of value */
 } linegate_object;
-/* COMMAND_OBJECT_CREATE: with its default in `value`. image_byte: its bytes are those of the image
- * from there on; below 0: they are not. */
+/* COMMAND_OBJECT_CREATE: with its default in `value`. index: 2000h to 5EFFh or 6000h to 9FFFh. sub:
+ * 0 to 254. image_byte: its bytes are those of the image from there on; below 0: they are not. */
 int linegate_create_object(linegate_client* client, int line, const linegate_object* object,
                            int64_t image_byte, int timeout_ms);
 int linegate_remove_object(linegate_client* client, int line, unsigned index, int timeout_ms);
@@ -428,8 +433,8 @@ int linegate_boot(linegate_client* client, int line, unsigned node, int timeout_
 /* COMMAND_CONFIGURE, code 0 and 1. node: 0 = all. Result: linegate_call_configuration(). */
 int linegate_compare(linegate_client* client, int line, unsigned node, int timeout_ms);
 int linegate_configure(linegate_client* client, int line, unsigned node, int timeout_ms);
-/* COMMAND_PROGRAM. number: of the program, from 1. program: 1 byte to 16 MiB. Result of a failure:
- * linegate_call_program_fault(). */
+/* COMMAND_PROGRAM. number: of the program, 1 to 255. program: 1 byte to 16 MiB. Result of a
+ * failure: linegate_call_program_fault(). */
 int linegate_program(linegate_client* client, int line, unsigned node, unsigned number,
                      const void* program, size_t length, int timeout_ms);
 
@@ -446,11 +451,13 @@ int linegate_lss_switch_global(linegate_client* client, int line, int configurat
                                int timeout_ms);
 int linegate_lss_switch_selective(linegate_client* client, int line,
                                   const linegate_lss_address* address, int timeout_ms);
-/* node: 255 = none. unchecked: not 0: without the check that no other device uses it. */
+/* node: 1 to 127; 255 = none. unchecked: not 0: without the check that no other device uses it. */
 int linegate_lss_set_node_id(linegate_client* client, int line, unsigned node, int unchecked,
                              int timeout_ms);
+/* table: 0 = that of CiA 305, to 255; index: 0 to 255, in it. */
 int linegate_lss_set_bit_timing(linegate_client* client, int line, unsigned table, unsigned index,
                                 int timeout_ms);
+/* delay_ms: 0 to 65535. */
 int linegate_lss_activate_bit_timing(linegate_client* client, int line, unsigned delay_ms,
                                      int timeout_ms);
 int linegate_lss_store(linegate_client* client, int line, int timeout_ms);
@@ -466,21 +473,22 @@ int linegate_lss_fastscan(linegate_client* client, int line, unsigned known,
 /* Further results: linegate_call_assignment(). */
 int linegate_lss_assign_node_ids(linegate_client* client, int line, int timeout_ms);
 
-/* COMMAND_PDO_TRIGGER: by the number of the PDO, with `node` by that of its RPDO; or all that carry
- * that output. Result: linegate_call_pdo(). */
+/* COMMAND_PDO_TRIGGER: by the number of the PDO, 1 to 65535, with `node` by that of its RPDO, 1 to
+ * 512; or all that carry that output. Result: linegate_call_pdo(). */
 int linegate_trigger_pdo(linegate_client* client, int line, unsigned number, unsigned node,
                          int timeout_ms);
 int linegate_trigger_pdos_of(linegate_client* client, int line, const char* output, int timeout_ms);
-/* COMMAND_PDO_REQUEST. node 0: number is that of an RPDO of the own node. */
+/* COMMAND_PDO_REQUEST. number: of a TPDO of the node, 1 to 512; node 0: of an RPDO of the own node,
+ * 1 to 65535. */
 int linegate_request_pdo(linegate_client* client, int line, unsigned node, unsigned number,
                          int timeout_ms);
-/* COMMAND_MPDO_WRITE: 1 to 4 bytes. node 0 = all. tpdo 0 = the first in that mode. Result:
- * linegate_call_pdo(). */
+/* COMMAND_MPDO_WRITE: 1 to 4 bytes. node 0 = all. tpdo: 1 to 512; 0 = the first in that mode.
+ * Result: linegate_call_pdo(). */
 int linegate_write_mpdo(linegate_client* client, int line, unsigned node, unsigned index,
                         unsigned sub, const void* value, size_t length, unsigned tpdo,
                         int timeout_ms);
-/* COMMAND_EMCY_SEND. manufacturer: 5 bytes; NULL: zeros. node: of a device in role device, 0 = the
- * only one. */
+/* COMMAND_EMCY_SEND. code: 0 to FFFFh. error_register: 0 to 255. manufacturer: 5 bytes; NULL:
+ * zeros. node: of a device in role device, 0 = the only one. */
 int linegate_send_emcy(linegate_client* client, int line, unsigned code, unsigned error_register,
                        const uint8_t* manufacturer, unsigned node, int timeout_ms);
 
@@ -489,16 +497,17 @@ enum {
   LINEGATE_FD = 2,       /* a frame of CAN FD: up to 64 bytes */
   LINEGATE_BIT_RATE_SWITCH = 4
 };
-/* COMMAND_CAN_SEND: a frame that no service of the line uses. Up to 8 bytes. flags: 0, or a sum of
- * the above. */
+/* COMMAND_CAN_SEND: a frame that no service of the line uses. identifier: 0 to 7FFh; extended: to
+ * 1FFFFFFFh. length: 0 to 8; of CAN FD also 12, 16, 20, 24, 32, 48 or 64. flags: 0, or a sum of the
+ * above. */
 int linegate_send_frame(linegate_client* client, int line, uint32_t identifier, const void* data,
                         size_t length, unsigned flags, int timeout_ms);
-/* length: that is requested. extended: not 0: with a 29-bit identifier. */
+/* length: that is requested, 0 to 8. extended: not 0: with a 29-bit identifier. */
 int linegate_send_remote_frame(linegate_client* client, int line, uint32_t identifier,
                                unsigned length, int extended, int timeout_ms);
-/* COMMAND_CAN_LISTEN: such frames as events for that time, 0 = no more. mask: the bits of the
- * identifier that are compared. extended: 1 only frames with 29-bit, 0 with 11-bit identifiers,
- * below 0: both. */
+/* COMMAND_CAN_LISTEN: such frames as events for that time, at most 3600 s, 0 = no more. identifier,
+ * mask: 0 to 1FFFFFFFh. mask: the bits of the identifier that are compared. extended: 1 only frames
+ * with 29-bit, 0 with 11-bit identifiers, below 0: both. */
 int linegate_listen(linegate_client* client, int line, unsigned seconds, uint32_t identifier,
                     uint32_t mask, int extended, int timeout_ms);
 /* COMMAND_ROUTING_TRACE: 1 s to 1 h. */

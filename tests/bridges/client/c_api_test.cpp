@@ -165,7 +165,7 @@ TEST_F(ClientInC, WrongArgumentsAreErrors) {
   EXPECT_EQ(linegate_subscribe(client, line, nullptr, 0, nullptr, nullptr),
             LINEGATE_ERROR_ARGUMENT);
   EXPECT_EQ(linegate_request_call(client, line, nullptr, 0), LINEGATE_ERROR_ARGUMENT);
-  EXPECT_EQ(linegate_sdo_read(client, line, 256, 0, 0, 0), LINEGATE_ERROR_ARGUMENT);
+  EXPECT_EQ(linegate_sdo_write(client, line, 1, 0, 0, nullptr, 1, 0), LINEGATE_ERROR_ARGUMENT);
   const int group = linegate_group(client, line, "", 0, 0);
   EXPECT_EQ(linegate_arm(client, line), LINEGATE_ERROR_ARGUMENT);  // of another kind
   EXPECT_EQ(linegate_call_wait(client, group), LINEGATE_ERROR_ARGUMENT);

@@ -246,7 +246,8 @@ TEST_F(CommandsInC, PdosFramesAndTheGatewayAreThoseOfCpp) {
               press.read_journal({.values = true}));
 }
 
-TEST_F(CommandsInC, AnArgumentWithoutAPlaceInTheRequestIsAnError) {
+// Numbers: parameters_test.cpp.
+TEST_F(CommandsInC, APointerOrFlagThatIsNotValidIsAnError) {
   const char byte = 0;
   const linegate_setting unnamed{.name = nullptr, .type = LINEGATE_INTEGER};
   auto object = empty<linegate_object>();
@@ -254,10 +255,8 @@ TEST_F(CommandsInC, AnArgumentWithoutAPlaceInTheRequestIsAnError) {
   query.flags = 1;
   object.size = sizeof object - 1;
   for (const int result : {
-           linegate_write_object(client, line, 256, 0, 0, &byte, 1, 0, kTime),
            linegate_write_object(client, line, 1, 0, 0, &byte, 1, 4, kTime),
            linegate_write_object(client, line, 1, 0, 0, nullptr, 1, 0, kTime),
-           linegate_write_own(client, line, 0x10000, 0, &byte, 1, 0, 0, kTime),
            linegate_write_output(client, line, nullptr, kTime),
            linegate_write_output(client, line, &unnamed, kTime),
            linegate_create_object(client, line, &object, -1, kTime),
@@ -266,10 +265,8 @@ TEST_F(CommandsInC, AnArgumentWithoutAPlaceInTheRequestIsAnError) {
                             kTime),
            linegate_lss_switch_selective(client, line, nullptr, kTime),
            linegate_lss_fastscan(client, line, 1, nullptr, kTime),
-           linegate_lss_activate_bit_timing(client, line, 65'536, kTime),
            linegate_trigger_pdos_of(client, line, nullptr, kTime),
            linegate_send_frame(client, line, 1, &byte, 1, 8, kTime),
-           linegate_listen(client, line, 65'536, 0, 0, 0, kTime),
            linegate_set_bus_faults(client, line, nullptr, kTime),
            linegate_read_journal(client, line, nullptr, kTime),
            linegate_read_journal(client, line, &query, kTime),
