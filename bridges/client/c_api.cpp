@@ -85,6 +85,7 @@ std::optional<Data> data_of(const linegate_setting& from) {
 
 linegate_event event_in_c(const Event& from) {
   linegate_event to{};
+  to.size = sizeof to;
   to.gateway = from.gateway.c_str();
   to.line = from.line.c_str();
   to.name = from.name.c_str();

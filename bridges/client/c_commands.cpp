@@ -785,15 +785,10 @@ int linegate_call_page(linegate_client* handle, int call, linegate_journal_page*
 
 int linegate_call_event(linegate_client* handle, int call, std::size_t place,
                         linegate_event* event) {
-  return with_result<client::JournalPage>(handle, call, {linegate::request::JournalRead::kKind},
-                                          [&](const client::JournalPage& page) -> int {
-                                            if (event == nullptr)
-                                              return LINEGATE_ERROR_ARGUMENT;
-                                            if (place >= page.events.size())
-                                              return LINEGATE_ERROR_NAME;
-                                            *event = client::capi::event_in_c(page.events[place]);
-                                            return LINEGATE_OK;
-                                          });
+  return with_result<client::JournalPage>(
+      handle, call, {linegate::request::JournalRead::kKind}, [&](const client::JournalPage& page) {
+        return give_one(page.events, place, event, client::capi::event_in_c);
+      });
 }
 
 int linegate_call_history_value(linegate_client* handle, int call, std::size_t place,

@@ -155,6 +155,7 @@ constexpr std::size_t kFirstSize = 0;
 #define FIRST_SIZE(type, last) \
   template <>                  \
   constexpr std::size_t kFirstSize<type> = offsetof(type, last) + sizeof(type::last)
+FIRST_SIZE(linegate_event, journal_lost);
 FIRST_SIZE(linegate_request, attempts);
 FIRST_SIZE(linegate_object, length);
 FIRST_SIZE(linegate_delivery, missing_count);

@@ -189,7 +189,10 @@ typedef void (*linegate_on_line)(void* user, const char* gateway, const char* li
  * or its layout is another one. */
 int linegate_subscribe_lines(linegate_client* client, linegate_on_line call_back, void* user);
 
+/* size: in call-backs that of the version of the library: an older one does not set the members
+ * behind it. For linegate_call_event() set by the caller, as of each struct there. */
 typedef struct linegate_event {
+  size_t size;
   const char* gateway;
   const char* line; /* empty: of the gateway itself */
   const char* name; /* of the kind: "heartbeat-lost"; empty: unknown to this version */
@@ -704,7 +707,7 @@ typedef struct linegate_journal_page {
   int unknown_entry; /* 1: the gateway stores no entry that fulfils the conditions */
 } linegate_journal_page;
 int linegate_call_page(linegate_client* client, int call, linegate_journal_page* page);
-/* `gateway` and `name` of the event are empty. */
+/* `gateway` and `name` of the event are empty. Its `size` is sizeof, set by the caller. */
 int linegate_call_event(linegate_client* client, int call, size_t place, linegate_event* event);
 /* From its time on, until the next one of the same line, direction, node and name. */
 typedef struct linegate_history_value {

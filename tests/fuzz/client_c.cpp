@@ -570,7 +570,7 @@ class Application {
   void results_of_journal(linegate_client* with, int call, std::size_t place) {
     auto page = sized<linegate_journal_page>();
     look(linegate_call_page(with, call, &page));
-    linegate_event event{};
+    auto event = sized<linegate_event>();
     if (look(linegate_call_event(with, call, place, &event))) {
       touch(event.line);
       touch(event.text);

@@ -286,6 +286,7 @@ TEST_F(ClientInC, AnEventOfALaterVersionHasAllItsData) {
     to.on_event({.gateway = "gw", .line = "press"}, event, "words", {});
   });
   EXPECT_EQ(linegate_poll(client, 0), LINEGATE_OK);
+  EXPECT_EQ(got.size, sizeof got);
   EXPECT_EQ(got.kind, 250);
   ASSERT_EQ(got.length, 64);
   for (std::size_t i = 0; i < sizeof got.data; ++i)

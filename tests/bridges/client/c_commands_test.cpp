@@ -470,7 +470,10 @@ TEST_F(CommandsInC, APageOfTheJournalIsRead) {
   EXPECT_EQ(read.more, 1);
   EXPECT_EQ(read.cursor_check, 12U);
   linegate_event event{};
+  EXPECT_EQ(linegate_call_event(client, events, 0, &event), LINEGATE_ERROR_ARGUMENT) << "no size";
+  event = empty<linegate_event>();
   ASSERT_EQ(linegate_call_event(client, events, 0, &event), LINEGATE_OK);
+  EXPECT_EQ(event.size, sizeof event);
   EXPECT_STREQ(event.line, "press");
   EXPECT_STREQ(event.text, "lost");
   EXPECT_EQ(event.number, 4U);
@@ -563,6 +566,29 @@ TEST_F(CommandsInC, AStructHasTheMembersThatBothVersionsKnow) {
   EXPECT_EQ(first.server, 8U);
   first.size = offsetof(linegate_connection, abort);
   EXPECT_EQ(linegate_call_connection(client, call, 0, &first), LINEGATE_ERROR_ARGUMENT);
+}
+
+TEST_F(CommandsInC, AnEventHasTheMembersThatBothVersionsKnow) {
+  auto query = empty<linegate_journal_query>();
+  request::JournalPage page;
+  page.records.push_back({.stream = 3, .line = "press", .number = 4, .text = "lost"});
+  const int call =
+      answered(linegate_read_journal(client, line, &query, kTime), request::encode(page));
+  struct Later {
+    linegate_event known;
+    std::uint64_t more;
+  } later{.known = {}, .more = 77};
+  later.known.size = sizeof later;
+  ASSERT_EQ(linegate_call_event(client, call, 0, &later.known), LINEGATE_OK);
+  EXPECT_EQ(later.known.size, sizeof(linegate_event));
+  EXPECT_EQ(later.known.number, 4U);
+  EXPECT_EQ(later.more, 77U);
+  linegate_event first{};
+  first.size = offsetof(linegate_event, journal_lost) + sizeof(int);
+  ASSERT_EQ(linegate_call_event(client, call, 0, &first), LINEGATE_OK);
+  EXPECT_STREQ(first.text, "lost");
+  first.size = offsetof(linegate_event, journal_lost);
+  EXPECT_EQ(linegate_call_event(client, call, 0, &first), LINEGATE_ERROR_ARGUMENT);
 }
 
 TEST_F(CommandsInC, AProgramInCReadsAResult) {

@@ -39,7 +39,7 @@ class Setting(Structure):
 
 class Event(Structure):
     """linegate_event."""
-    _fields_ = [("gateway", c_char_p), ("line", c_char_p), ("name", c_char_p), ("text", c_char_p),
+    _fields_ = [("size", c_size_t), ("gateway", c_char_p), ("line", c_char_p), ("name", c_char_p), ("text", c_char_p),
                 ("number", c_uint64), ("stream", c_uint64), ("time", c_int64), ("code", c_uint32),
                 ("value", c_uint32), ("kind", c_uint8), ("severity", c_uint8), ("node", c_uint8),
                 ("length", c_uint8), ("data", c_uint8 * 64), ("missed", c_uint64), ("journal_lost", c_int)]
