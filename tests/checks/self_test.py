@@ -160,8 +160,9 @@ class TypedCommands(TreeCase):
             "int linegate_lss_store(linegate_client* client, int line, int timeout_ms);\n"
             "int linegate_call_boot(linegate_client* client, int call);\n")
     PYTHON = ('class Commands:\n    def _call(self):\n        """None."""\n\n    def boot(self, node: int, *,\n'
-              '             timeout: int = 1) -> int:\n        """BOOT."""\n\n'
-              '    def lss_store(self) -> int:\n        """LSS, code 0."""\n')
+              '             timeout: int = 1) -> int:\n        """BOOT."""\n        call(_lib.linegate_boot, node)\n\n'
+              '    def lss_store(self) -> int:\n        """LSS, code 0."""\n        call(_lib.linegate_lss_store, 1)\n')
+    PYTHON_LINE = 'class Line:\n    def nmt(self) -> int:\n        """NMT: sends."""\n        call(_lib.linegate_nmt, 1)\n'
     SYMBOLS = "LINEGATE_2 {\n  global:\n    linegate_boot;\n    linegate_lss_store;\n    linegate_call_boot;\n} LINEGATE_1;\n"
     BYTES = "## COMMAND_LSS\n| 0 | store |\n## COMMAND_BOOT\n| 0 | another table |\n"
 
@@ -172,7 +173,8 @@ class TypedCommands(TreeCase):
         self.write(typed_commands.CPP_LINE, "class Line {\n  // COMMAND_NMT.\n  Call nmt() const;\n  Call request() const;\n};\n")
         self.write(typed_commands.IN_C, self.IN_C)
         self.write(typed_commands.PYTHON, self.PYTHON)
-        self.write(typed_commands.PYTHON_LINE, 'class Line:\n    def nmt(self) -> int:\n        """NMT: sends."""\n')
+        self.write(typed_commands.PYTHON_LINE, self.PYTHON_LINE)
+        self.write(typed_commands.RANGES, '{"boot", "node", 0, 127},\n')
         self.write(typed_commands.SYMBOLS, self.SYMBOLS)
         self.write(typed_commands.BYTES, self.BYTES)
 
@@ -202,6 +204,16 @@ class TypedCommands(TreeCase):
     def test_a_function_without_its_version(self):
         found = self.changed(typed_commands.SYMBOLS, self.SYMBOLS, "    linegate_call_boot;\n", "")
         self.assertEqual(found, [f"{typed_commands.SYMBOLS}: linegate_call_boot of {typed_commands.IN_C} is not in LINEGATE_2"])
+
+    def test_one_that_python_encodes_itself(self):
+        found = self.changed(typed_commands.PYTHON, self.PYTHON, "_lib.linegate_boot, node", "_lib.linegate_request_call, node")
+        self.assertEqual(found, [f"{typed_commands.PYTHON}: boot does not call linegate_boot"])
+        found = self.changed(typed_commands.PYTHON_LINE, self.PYTHON_LINE, "_lib.linegate_nmt, 1", "request")
+        self.assertEqual(found, [f"{typed_commands.PYTHON}: nmt does not call linegate_nmt"])
+
+    def test_a_number_whose_range_has_no_test(self):
+        found = self.changed(typed_commands.IN_C, self.IN_C, "unsigned node,", "unsigned node, uint32_t mask,")
+        self.assertEqual(found, [f"{typed_commands.RANGES}: no row for mask of linegate_boot"])
 
 
 class Contract(TreeCase):

@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Each command of the contract has a typed form in each language of the client library, the same ones in all of them,
-and those in C have their symbol version. The comment (in Python the docstring) of the typed form names its CommandKind."""
+and those in C have their symbol version. The comment (in Python the docstring) of the typed form names its CommandKind.
+Those in Python call those in C, so that one library encodes requests, and each number of those in C has a test of its
+range."""
 
 import os
 import re
@@ -15,6 +17,10 @@ IN_C, SYMBOLS = "bridges/client/linegate.h", "gateway/client/exported_symbols"
 PYTHON, PYTHON_LINE = "bridges/client/python/linegate/commands.py", "bridges/client/python/linegate/__init__.py"
 OF_LINE = {"sdo_read", "sdo_write", "nmt"}  # of the class Line
 NOT_TYPED = {"request_call"}
+RANGES = "tests/bridges/client/parameters_test.cpp"
+NUMBER = re.compile(r"\b(?:unsigned|uint32_t) (\w+)")
+OF_32_BITS = {"flags", "highest_revision", "highest_serial"}  # and the number of a connection
+OTHER_NAMES = {"delay_ms": "delay", "client_node": "client", "server_node": "server"}  # in messages, as in C++
 CPP_METHOD = re.compile(r"^  (?:Answer<.*>|Call) (\w+)\(", re.MULTILINE)
 # In C a command has a line and, last, a time-out.
 C_FUNCTION = re.compile(r"^int linegate_(\w+)\(linegate_client\* client, int line,[^;]*\bint timeout_ms\);", re.MULTILINE)
@@ -47,6 +53,25 @@ def docstrings(root):
     line = dict(PYTHON_METHOD.findall(body(tree.read(root, PYTHON_LINE), "Line")))
     own = dict(PYTHON_METHOD.findall(body(tree.read(root, PYTHON), "Commands")))
     return {**{name: text for name, text in line.items() if name in OF_LINE}, **own}
+
+
+def untested_numbers(root):
+    """A row of the test begins with the command and its parameter."""
+    rows = set(re.findall(r'\{\s*"(\w+)",\s*"(\w+)",', tree.read(root, RANGES)))
+    for found in C_FUNCTION.finditer(tree.read(root, IN_C)):
+        for number in NUMBER.findall(found[0]):
+            row = found[1], OTHER_NAMES.get(number, number)
+            if number not in OF_32_BITS and row != ("close_connection", "number") and row not in rows:
+                yield f"{RANGES}: no row for {number} of linegate_{found[1]}"
+
+
+def encoded_in_python(root):
+    """A typed form calls the function of linegate.h, before the next one begins."""
+    methods = re.split(r"^    def (\w+)\(", body(tree.read(root, PYTHON), "Commands") +
+                       body(tree.read(root, PYTHON_LINE), "Line"), flags=re.MULTILINE)
+    for name, text in zip(methods[1::2], methods[2::2]):
+        if name in of_c(root) and f"_lib.linegate_{name}," not in text:
+            yield f"{PYTHON}: {name} does not call linegate_{name}"
 
 
 def unversioned(root):
@@ -84,6 +109,8 @@ def check(root):
     if services != sum(name.startswith("lss_") for name in forms[CPP]):
         yield f"{CPP}: {BYTES} has {services} codes of COMMAND_LSS, and the typed commands are not as many"
     yield from unversioned(root)
+    yield from untested_numbers(root)
+    yield from encoded_in_python(root)
 
 
 if __name__ == "__main__":

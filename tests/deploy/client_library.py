@@ -18,7 +18,9 @@ from installed_client import EXAMPLES, Installed, output
 BUILD = ""
 LINES = {"hold.cpp": 40, "hold.c": 50, "hold.py": 25}  # of the examples, at most
 CLASSES = "Answer<.*>|Call|Client|Commands|EventReader|Group|Line|Snapshot|Value"
-STRUCTS = ("Options", "Value", "Image", "Setting", "Event", "Request", "Object", "BootResult", "Result")
+STRUCTS = ("Options", "Value", "Image", "Setting", "Event", "Request", "Object", "LssAddress", "JournalQuery", "Delivery",
+           "ScannedNode", "ObjectValue", "Configuration", "Difference", "ProgramFault", "LssResult", "LssAssignment",
+           "Connection", "JournalPage", "HistoryValue", "BootResult", "Result")
 ENUMS = {"LineStatus": ("LINEGATE_STATUS_", ""), "GroupState": ("LINEGATE_GROUP_", ""),
          "Quality": ("LINEGATE_", "linegate_quality"), "Outcome": ("LINEGATE_", "linegate_outcome")}
 

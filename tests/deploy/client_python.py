@@ -96,8 +96,9 @@ def more_typed(linegate, line):
                   line.send_frame(0x7F0, b"\1\2"), line.send_frame(0x1234_5678, b"", extended=True),
                   line.send_frame(0x7F0, bytes(12), fd=True, bit_rate_switch=True), line.send_remote_frame(0x7F0, 8)):
         frame.result()
-    raised(ValueError, lambda: line.send_frame(0x7F0, bytes(9)))
-    raised(ValueError, lambda: line.listen(1, 1 << 29))
+    for call, text in ((line.send_frame(0x7F0, bytes(9)), "data is not 0..8 bytes"),
+                       (line.listen(1, 1 << 29), "identifier is not 0..1FFFFFFFh")):
+        expect("out of range", str(raised(linegate.CallError, call.result)), text)
     for call in (line.check_sleep, line.sleep, line.sleep_unchecked, line.wake_up, lambda: line.object_to_sleep(True)):
         expect("sleep that is not configured", raised(linegate.CallError, call().result).outcome, linegate.Outcome.REFUSED)
     loading = line.program(8, 1, b"program")
@@ -107,9 +108,11 @@ def more_typed(linegate, line):
 
 def numbers(linegate, client, press):
     """None is cut to what its member holds, and no name is ignored."""
-    expect("NMT of node 256", raised(linegate.Error, press.nmt, 256, 2).code, -6)
-    expect("SDO of node 264", raised(linegate.Error, press.sdo_read, 264, 0x1018).code, -6)
-    expect("index 16040h", raised(linegate.Error, press.sdo_read, 8, 0x16040).code, -6)
+    expect("NMT of node 256", str(raised(linegate.CallError, press.nmt(256, 2).result)), "node is not 0..127")
+    expect("SDO of node 264", str(raised(linegate.CallError, press.sdo_read(264, 0x1018).result)), "node is not 1..127")
+    expect("index 16040h", str(raised(linegate.CallError, press.sdo_read(8, 0x16040).result)), "index is not 0..FFFFh")
+    error = raised(linegate.Error, lambda: press.request(0, node=264))
+    expect("a member", (error.code, str(error)), (-6, "node is not 0..255"))
     raised(TypeError, lambda: press.request(1, node=8, indx=0x6200))
     expect("data of a number", "to_bytes" in str(raised(TypeError, lambda: press.sdo_write(8, 0x6200, 1, 5))), True)
     raised(ValueError, lambda: press.read(POSITION + "\0junk"))
@@ -121,7 +124,10 @@ def numbers(linegate, client, press):
         peers=["127.0.0.1", "no-such-host"]))), True)
     expect("lines", "GATEWAY/LINE" in str(raised(linegate.Error, lambda: linegate.Client(lines=["press"]))), True)
     expect("strength", raised(linegate.Error, lambda: linegate.Client(strength=-1)).code, -6)
-    expect("watchdog", raised(linegate.Error, lambda: press.group("lamps", watchdog=-1)).code, -1)
+    for watchdog in (-1, 2_147_484):  # as milliseconds of 32 bits
+        error = raised(linegate.Error, lambda seconds=watchdog: press.group("lamps", watchdog=seconds))
+        expect("watchdog", (error.code, str(error)), (-1, "watchdog is not 0..2147483 s"))
+    expect("reactions", raised(linegate.Error, lambda: press.group("lamps", reactions=(1 << 32) + 1)).code, -1)
     expect("one object for a line", client.line("press") is press, True)
     expect("and for a group", press.group("lamps") is press.group("lamps", watchdog=1.0), True)
 

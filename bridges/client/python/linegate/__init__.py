@@ -39,6 +39,9 @@ Output = Union[bool, int, float, str, bytes, bytearray, memoryview]
 _POLL_MS = 100  # the longest poll of an event loop
 _GROWTH = 4096  # of a position, between two functions
 _MOST_WAITING = 10_000  # items of a stream that its consumer did not take
+_MOST_TIMEOUT = 86_400.0  # seconds, of a command
+_MOST_WATCHDOG = 2_147_483  # seconds, as milliseconds in an int
+_INTEGERS = (ctypes.c_uint8, ctypes.c_uint16, ctypes.c_uint32, ctypes.c_uint64, ctypes.c_int32, ctypes.c_int64)
 _lib = c.load()
 
 
@@ -238,28 +241,66 @@ def _checked(result: int) -> int:
     raise _error(result)
 
 
-def _milliseconds(seconds: float) -> int:
+def _number(name: str, value: int, most: int = 0xFFFF_FFFF) -> int:
+    """For an argument of a type that ends there, whose range is smaller: the C function refuses what is beyond it, with the
+    range. ctypes would cut the number to another one."""
+    number = _index(name, value)
+    return number if 0 <= number <= most else most
+
+
+def _whole(name: str, value: int) -> int:
+    """For an argument whose range are all numbers of 32 bits."""
+    number = _index(name, value)
+    if not 0 <= number < 1 << 32:
+        raise ValueError(f"{name} is not 0..FFFFFFFFh")
+    return number
+
+
+def _index(name: str, value: int) -> int:
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} is an integer, not {type(value).__name__}") from None
+
+
+def _octets(name: str, value: bytes) -> bytes:
+    if not isinstance(value, (bytes, bytearray, memoryview)):
+        raise TypeError(f"{name} of a command is bytes, not {type(value).__name__}: see int.to_bytes()")
+    return bytes(value)
+
+
+def _milliseconds(seconds: float, name: str = "timeout", most: float = 3600.0) -> int:
+    """Of a time, at most that many seconds."""
+    try:
+        seconds = float(seconds / 1)
+    except TypeError:
+        raise TypeError(f"{name} is a number of seconds, not {type(seconds).__name__}") from None
     if seconds != seconds:
-        raise ValueError("a time is no number")
-    return round(max(0.0, min(seconds, 3600.0)) * 1000)
+        raise ValueError(f"{name} is no number")
+    return round(max(0.0, min(seconds, most)) * 1000)
 
 
 def _watchdog(seconds: float) -> int:
-    if seconds < 0:
-        raise _error(-1)
-    return max(1, _milliseconds(seconds)) if seconds > 0 else 0
+    milliseconds = _milliseconds(seconds, "watchdog", _MOST_WATCHDOG)
+    if not 0 <= seconds <= _MOST_WATCHDOG:
+        raise Error(-1, f"watchdog is not 0..{_MOST_WATCHDOG} s")
+    return max(1, milliseconds) if seconds > 0 else 0
 
 
 def _structure(of: Any, /, **members: Any) -> Any:
     """ctypes would cut numbers that do not fit, and ignore names that do not exist."""
-    out = of(**members)
-    names = {name for name, *_ in of._fields_}
+    types = dict(of._fields_)
     for name, value in members.items():
-        if name not in names:
+        if name not in types:
             raise TypeError(f"there is no member {name}")
-        if isinstance(value, int) and getattr(out, name) != value:
-            raise _error(-6, name)
-    return out
+        if not issubclass(types[name], _INTEGERS):
+            continue
+        number = _index(name, value)
+        lowest = -(1 << 8 * ctypes.sizeof(types[name]) - 1) if types[name](-1).value < 0 else 0
+        highest = lowest + (1 << 8 * ctypes.sizeof(types[name])) - 1
+        if not lowest <= number <= highest:
+            raise Error(-6, f"{name} is not {lowest}..{highest}")
+    return of(**members)
 
 
 def _text(raw: Optional[bytes]) -> str:
@@ -607,7 +648,7 @@ class Line:
         """A group of outputs by name or number; "": of a line without groups. watchdog: time without a sample after
         which the gateway reacts, 0 = never. reactions: WATCHDOG_ bits of linegate.idl, 1: the outputs become 0. The
         same arguments give the same object."""
-        key = (name, _watchdog(watchdog), reactions)
+        key = (name, _watchdog(watchdog), _number("reactions", reactions))
         if key not in self._groups:
             self._groups[key] = Group(self, _checked(_lib.linegate_group(self._client._handle, self._number,
                                                                          _encoded(name), *key[1:])))
@@ -618,41 +659,44 @@ class Line:
         """A command by the members of a CommandRequest: linegate.idl, COMMANDS.md. attempts: how often it is tried, again
         if it was not begun because a queue was full (REFUSAL_BUSY); one that only reads also after the SDO abort 0504
         0000h. After that abort a write may have been carried out, so it is not repeated."""
-        if not isinstance(data, (bytes, bytearray, memoryview)):
-            raise TypeError(f"data of a command are bytes, not {type(data).__name__}: see int.to_bytes()")
-        data = bytes(data)
+        data = _octets("data", data)
         request = _structure(c.Request, size=ctypes.sizeof(c.Request), kind=kind, data=data, length=len(data),
                              attempts=attempts, **members)
         if self._client._task is None:
             self._client._free()
         return Call(self._client, _checked(_lib.linegate_request_call(self._client._handle, self._number, request,
-                                                                      _milliseconds(timeout))))
+                                                                      _milliseconds(timeout, most=_MOST_TIMEOUT))))
 
     def _begin(self, function: Callable[..., int], *arguments: Any, timeout: float = 10.0, attempts: int = 1) -> Call:
         """A command by a function of linegate.h."""
-        if not 0 <= attempts < 1 << 32:
-            raise _error(-6, "attempts")
+        attempts, milliseconds = _whole("attempts", attempts), _milliseconds(timeout, most=_MOST_TIMEOUT)
         handle = self._client._handle
         if self._client._task is None:
             self._client._free()
         _checked(_lib.linegate_set_attempts(handle, self._number, attempts))  # other calls have their own
         try:
-            return Call(self._client, _checked(function(handle, self._number, *arguments, _milliseconds(timeout))))
+            return Call(self._client, _checked(function(handle, self._number, *arguments, milliseconds)))
         finally:
             _lib.linegate_set_attempts(handle, self._number, 1)
 
     def sdo_read(self, node: int, index: int, sub: int = 0, *, timeout: float = 10.0, attempts: int = 1) -> Call:
-        """SDO_READ: reads an object of a device."""
-        return self.request(0, node=node, index=index, sub=sub, timeout=timeout, attempts=attempts)
+        """SDO_READ: reads an object of a device. node: 1 to 127; index: 0 to FFFFh; sub: 0 to 255. A call with another
+        number fails with CallError, whose text names it and its range."""
+        return self._begin(_lib.linegate_sdo_read, _number("node", node), _number("index", index), _number("sub", sub),
+                           timeout=timeout, attempts=attempts)
 
     def sdo_write(self, node: int, index: int, sub: int, value: bytes, *, timeout: float = 10.0,
                   attempts: int = 1) -> Call:
-        """SDO_WRITE: writes an object of a device."""
-        return self.request(1, node=node, index=index, sub=sub, data=value, timeout=timeout, attempts=attempts)
+        """SDO_WRITE: writes an object of a device. Numbers as of sdo_read(); value: little-endian."""
+        value = _octets("value", value)
+        return self._begin(_lib.linegate_sdo_write, _number("node", node), _number("index", index), _number("sub", sub),
+                           value, len(value), timeout=timeout, attempts=attempts)
 
     def nmt(self, node: int, command: int, *, timeout: float = 10.0, attempts: int = 1) -> Call:
-        """NMT: sends an NMT command: NMT_ of linegate.idl (1 start, 2 stop, 128 pre-operational, ...); node 0 = all."""
-        return self.request(6, node=node, nmt=command, timeout=timeout, attempts=attempts)
+        """NMT: sends an NMT command: NMT_ of linegate.idl (1 start, 2 stop, 128 pre-operational, ...); node: 1 to 127, 0 =
+        all."""
+        return self._begin(_lib.linegate_nmt, _number("node", node), _number("command", command), timeout=timeout,
+                           attempts=attempts)
 
 
 class Client:
