@@ -43,7 +43,7 @@ def without_a_loop(linegate):
         calls(linegate, client, press)
         typed(linegate, press)
         outputs(linegate, client, press)
-    for function in (client.poll, press.inputs, lambda: press.read(POSITION), lambda: press.sdo_read(8, 0x1018)):
+    for function in (client.poll, lambda: press.wait(0), press.inputs, lambda: press.read(POSITION), lambda: press.sdo_read(8, 0x1018)):
         expect("closed", raised(linegate.Error, function).code, -8)
     client.close()
 
@@ -116,6 +116,14 @@ def numbers(linegate, client, press):
     raised(TypeError, lambda: press.request(1, node=8, indx=0x6200))
     expect("data of a number", "to_bytes" in str(raised(TypeError, lambda: press.sdo_write(8, 0x6200, 1, 5))), True)
     raised(ValueError, lambda: press.read(POSITION + "\0junk"))
+    for text, wrong in (("a name is a str, not list", lambda: press.read([POSITION])),
+                        ("a position is a str, not int", lambda: client.events(5)),
+                        (LAMP + " is a bool, int, float, str or bytes, not NoneType",
+                         lambda: press.group("lamps").set(LAMP, None)),
+                        ("peers is a list of str, not a str", lambda: linegate.Client(peers="127.0.0.1")),
+                        ("an item of lines is a str, not int", lambda: linegate.Client(lines=[5])),
+                        ("timeout is a number of seconds, not NoneType", lambda: press.sdo_read(8, 0x1018, timeout=None))):
+        expect("a wrong type", str(raised(TypeError, wrong)), text)
     raised(ValueError, lambda: press.sdo_read(8, 0x1018, timeout=float("nan")))
     expect("no end", press.sdo_read(8, 0x1018, 1, timeout=float("inf")).result(), (19527).to_bytes(4, "little"))
     expect("interface", "there is no interface eth7" in str(raised(linegate.Error, lambda: linegate.Client(
@@ -202,6 +210,8 @@ async def with_a_loop(linegate):
         expect("event", (await coming).line, "press")
         await press.nmt(7, 1)
         await following_ends(linegate, client)
+        await another_loop(linegate, client)
+        await a_cancelled_await_leaves_the_call(linegate, client)
         await lamps.hold({LAMP: 3})
         wrong = (await asyncio.gather(lamps.hold({LAMP: 9, "typo": 1}), return_exceptions=True))[0]
         expect("a wrong name", (wrong.code, str(wrong)), (-4, "typo: there is no such name"))
@@ -230,6 +240,7 @@ async def with_a_loop(linegate):
             expect("its output", await press.sdo_read(8, 0x6200, 1), b"\6")
     expect("closed", (await asyncio.gather(press.ready(), return_exceptions=True))[0].code, -8)
     await nobody_waits_for_ever(linegate)
+    await a_cancelled_end_closes(linegate)
 
 
 async def following_ends(linegate, client):
@@ -256,6 +267,41 @@ async def nobody_waits_for_ever(linegate):
         client._task.cancel()  # pylint: disable=protected-access
         error = (await asyncio.gather(asyncio.wait_for(absent, PATIENCE), return_exceptions=True))[0]
         expect("a cancelled poll", (type(error), error.code), (linegate.Error, -8))
+
+
+async def a_cancelled_end_closes(linegate):
+    """A task may be cancelled a second time while it leaves `async with`."""
+    client = linegate.Client(name="fifth")
+
+    async def use():
+        async with client:
+            await client.line("absent").ready()
+    task = asyncio.ensure_future(use())
+    await asyncio.sleep(0.3)
+    task.cancel()
+    await asyncio.sleep(0)  # in __aexit__
+    task.cancel()
+    await asyncio.wait([task])
+    expect("closed", raised(linegate.Error, client.line, "press").code, -8)
+    expect("entered again", (await asyncio.gather(client.__aenter__(), return_exceptions=True))[0].code, -1)
+
+
+async def another_loop(linegate, client):
+    """Its task cannot wake a coroutine of another loop, which would wait for ever."""
+    def use():
+        return asyncio.run(asyncio.wait_for(client.line("absent").ready(), PATIENCE))
+    error = (await asyncio.gather(asyncio.to_thread(use), return_exceptions=True))[0]
+    expect("another loop", (type(error), getattr(error, "code", 0)), (linegate.Error, -1))
+
+
+async def a_cancelled_await_leaves_the_call(linegate, client):
+    """asyncio.wait_for() ends the waiting, not the command."""
+    call = client.line("absent").sdo_read(8, 0x1018, 1)
+    error = (await asyncio.gather(asyncio.wait_for(call, 0.3), return_exceptions=True))[0]
+    expect("not in time", (type(error), call.done), (asyncio.TimeoutError, False))
+    call.cancel()
+    error = (await asyncio.gather(call, return_exceptions=True))[0]
+    expect("cancelled", (type(error), error.reason), (linegate.CallError, 13))
 
 
 PLANT = """schema: 1

@@ -20,7 +20,10 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import enum
+import numbers
 import operator
+import os
+import weakref
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -209,10 +212,19 @@ def _error(code: int, of: str = "") -> Error:
     return (NotReady if code == -2 else Error)(code, text)
 
 
-def _encoded(text: str) -> bytes:
+def _encoded(text: str, of: str = "a name") -> bytes:
+    if not isinstance(text, str):
+        raise TypeError(f"{of} is a str, not {type(text).__name__}")
     if "\0" in text:
-        raise ValueError("a name has no character 0")
+        raise ValueError(f"{of} has no character 0")
     return text.encode()
+
+
+def _joined(of: str, names: Sequence[str]) -> bytes:
+    """Names with commas between them. A str would be a sequence of its characters."""
+    if isinstance(names, str):
+        raise TypeError(f"{of} is a list of str, not a str")
+    return ",".join(_encoded(name, f"an item of {of}").decode() for name in names).encode()
 
 
 def _setting(name: str, value: Output, raw: bool) -> c.Setting:
@@ -223,10 +235,10 @@ def _setting(name: str, value: Output, raw: bool) -> c.Setting:
         if isinstance(value, str) and "\0" in value:
             raise _error(-6, name)
         to.bytes, to.length = data, len(data)
-    elif isinstance(value, float):
-        to.type, to.real = 4, value
+    elif isinstance(value, numbers.Real) and not isinstance(value, numbers.Integral):
+        to.type, to.real = 4, float(value)
     else:
-        number = operator.index(value)
+        number = _index(name, value, "a bool, int, float, str or bytes")
         if not -(1 << 63) <= number < 1 << 64:
             raise _error(-6, name)
         to.type = 2 if number < 1 << 63 else 3
@@ -256,11 +268,11 @@ def _whole(name: str, value: int) -> int:
     return number
 
 
-def _index(name: str, value: int) -> int:
+def _index(name: str, value: Any, wanted: str = "an integer") -> int:
     try:
         return operator.index(value)
     except TypeError:
-        raise TypeError(f"{name} is an integer, not {type(value).__name__}") from None
+        raise TypeError(f"{name} is {wanted}, not {type(value).__name__}") from None
 
 
 def _octets(name: str, value: bytes) -> bytes:
@@ -351,6 +363,13 @@ def _snapshot(names: Sequence[str], values: Any, image: c.Image) -> Snapshot:
                     image.lost)
 
 
+def _close_forgotten(handle: int, process: int) -> None:
+    """Of a client that nobody closed, at the latest at the end of the program: the gateway then knows at once. A child
+    after fork() may not use it."""
+    if os.getpid() == process:
+        _lib.linegate_close(handle)
+
+
 class Subscription:
     """Call-backs until cancel(), or the end of the client."""
 
@@ -389,7 +408,7 @@ class EventReader(Subscription):
             else:
                 self._waiting.append(event)
         callback = c.ON_EVENT(happened)
-        start = None if after is None else after.encode()
+        start = None if after is None else _encoded(after, "a position")
         super().__init__(client, _checked(_lib.linegate_follow_events(client._handle, start, callback, None)), callback,
                          alive)
         client._readers.add(self)
@@ -431,7 +450,8 @@ class EventReader(Subscription):
 
 
 class Call:
-    """A command under way, or its result: `await` it, or call result()."""
+    """A command under way, or its result: `await` it, or call result(). It goes on when the task that awaits it is
+    cancelled, as by asyncio.wait_for(), and without its object: cancel() ends it."""
 
     def __init__(self, client: "Client", number: int) -> None:
         self._client, self._number = client, number
@@ -595,9 +615,10 @@ class Line:
         return LineStatus(_checked(_lib.linegate_line_status(self._client._handle, self._number)))
 
     def wait(self, timeout: float) -> bool:
-        """Polls until it is ready, without an event loop. Returns whether it is."""
+        """Polls until it is ready, at most for that time, without an event loop. Returns whether it is."""
         self._client._forbid_loop()
-        return _lib.linegate_line_wait(self._client._handle, self._number, _milliseconds(timeout)) == 0
+        result = _lib.linegate_line_wait(self._client._handle, self._number, _milliseconds(timeout))
+        return result != -9 and _checked(result) == 0
 
     async def ready(self) -> None:
         """Waits until it is ready."""
@@ -673,11 +694,13 @@ class Line:
         handle = self._client._handle
         if self._client._task is None:
             self._client._free()
-        _checked(_lib.linegate_set_attempts(handle, self._number, attempts))  # other calls have their own
+        if attempts > 1:  # other calls have their own
+            _checked(_lib.linegate_set_attempts(handle, self._number, attempts))
         try:
             return Call(self._client, _checked(function(handle, self._number, *arguments, milliseconds)))
         finally:
-            _lib.linegate_set_attempts(handle, self._number, 1)
+            if attempts > 1:
+                _lib.linegate_set_attempts(handle, self._number, 1)
 
     def sdo_read(self, node: int, index: int, sub: int = 0, *, timeout: float = 10.0, attempts: int = 1) -> Call:
         """SDO_READ: reads an object of a device. node: 1 to 127; index: 0 to FFFFh; sub: 0 to 255. A call with another
@@ -712,15 +735,18 @@ class Client:
         self._readers: set[EventReader] = set()
         self._unused: deque[int] = deque()  # numbers to be freed
         self._task: Optional[asyncio.Task[None]] = None
+        self._loop: Optional[asyncio.AbstractEventLoop] = None  # of the task
         self._waiting: list[tuple[Callable[[], bool], asyncio.Future[None]]] = []  # checked after each poll of the task
         self._ending = False
         self._delivering = 0  # call-backs that run
         self._handle: Optional[int] = None
         self._closed = ctypes.c_char()  # no client has its address
         error = ctypes.create_string_buffer(1024)
-        encoded = [None if text is None else text.encode() for text in
-                   (profile, identity, name, ",".join(interfaces), ",".join(peers), ",".join(discovery_servers),
-                    ",".join(lines))]
+        encoded = [None if text is None else _encoded(text, of) for of, text in
+                   (("profile", profile), ("identity", identity), ("name", name))]
+        encoded += [_joined(of, names) for of, names in
+                    (("interfaces", interfaces), ("peers", peers), ("discovery_servers", discovery_servers),
+                     ("lines", lines))]
         options = _structure(c.Options, size=ctypes.sizeof(c.Options), domain=domain, strength=strength,
                              profile=encoded[0], identity=encoded[1], name=encoded[2], read_only=int(read_only),
                              interfaces=encoded[3], peers=encoded[4], discovery_servers=encoded[5],
@@ -728,6 +754,7 @@ class Client:
         self._handle = _lib.linegate_connect(options, error, len(error))
         if not self._handle:
             raise Error(-8, _text(error.value))
+        self._at_end = weakref.finalize(self, _close_forgotten, self._handle, os.getpid())
 
     def close(self) -> None:
         """Releases all groups. Not within a call-back."""
@@ -738,6 +765,7 @@ class Client:
         closed = ctypes.addressof(self._closed)
         if self._handle != closed:
             _checked(_lib.linegate_close(self._handle))
+        self._at_end.detach()
         self._handle = closed  # the address of the client may be that of another one later
         self._callbacks.clear()
         self._due.clear()
@@ -806,6 +834,9 @@ class Client:
     # --- with an event loop ---
 
     async def __aenter__(self) -> "Client":
+        if self._task is not None:
+            raise Error(-1, "the client is, or was, in `async with` already: make another one")
+        self._loop = asyncio.get_running_loop()
         self._task = asyncio.create_task(self._run())
         return self
 
@@ -813,9 +844,11 @@ class Client:
                         trace: Optional[TracebackType]) -> None:
         self._ending = True
         _lib.linegate_wake(self._handle)
-        if self._task is not None:
-            await asyncio.wait([self._task])
-        self.close()
+        try:
+            if self._task is not None:
+                await asyncio.wait([self._task])
+        finally:  # also if this task is cancelled meanwhile
+            self.close()
 
     async def _run(self) -> None:
         """Polls in a thread, one poll for each turn of the event loop: the loop does not wait for samples, and held
@@ -861,7 +894,9 @@ class Client:
     async def _after_poll(self, condition: Callable[[], bool]) -> None:
         if self._task is None or self._ending:
             raise Error(-8, "the client is not in `async with`, or has ended")
-        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        if self._loop is not asyncio.get_running_loop():
+            raise Error(-1, "the client is in `async with` of another event loop")
+        future: asyncio.Future[None] = self._loop.create_future()
         self._waiting.append((condition, future))
         await future
 
