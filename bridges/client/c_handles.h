@@ -151,10 +151,10 @@ int begin_call(const Held& held, int line, int timeout_ms, const Start& start) {
 // The size of a struct in the first version that had it. Later versions add members at its end, and
 // not into its padding.
 template <class T>
-constexpr std::size_t kFirstSize = 0;
+inline constexpr std::size_t kFirstSize = 0;
 #define FIRST_SIZE(type, last) \
   template <>                  \
-  constexpr std::size_t kFirstSize<type> = offsetof(type, last) + sizeof(type::last)
+  inline constexpr std::size_t kFirstSize<type> = offsetof(type, last) + sizeof(type::last)
 FIRST_SIZE(linegate_event, journal_lost);
 FIRST_SIZE(linegate_request, attempts);
 FIRST_SIZE(linegate_object, length);
