@@ -36,24 +36,13 @@ Outcome outcome_of(linegate::Error error) {
   return Outcome::refused;
 }
 
-// Commands that write nothing to a device, and may be carried out twice.
-bool only_reads(std::uint8_t kind) {
-  constexpr auto kReads = std::to_array<std::uint8_t>({
-      static_cast<std::uint8_t>(line::CommandKind::sdo_read),
-      static_cast<std::uint8_t>(line::CommandKind::network_read),
-      static_cast<std::uint8_t>(line::CommandKind::local_read),
-      static_cast<std::uint8_t>(line::CommandKind::scan),
-      static_cast<std::uint8_t>(line::CommandKind::connection_list),
-  });
-  return std::ranges::find(kReads, kind) != kReads.end();
-}
-
 // What was refused as busy was not begun. What ended with 0504 0000h may have reached the device
 // (idl/README.md), so a command that writes is not repeated then.
 bool is_repeated(std::uint8_t kind, linegate::Error error) {
   if (error == line::to_error(line::Refusal::busy))
     return true;
-  return error.domain == Domain::sdo && error.code == kSdoTimeout && only_reads(kind);
+  return error.domain == Domain::sdo && error.code == kSdoTimeout &&
+         request::only_reads(line::CommandKind{kind});
 }
 
 std::string why_not_sent(const CallData& call, const Model::Found& found) {

@@ -15,7 +15,8 @@ namespace {
 constexpr unsigned kMostSlowing = 4;      // 2^4 times the first pause
 constexpr unsigned kMostSlowingLong = 8;  // for requests with many chunks to repeat
 constexpr Duration kShortest = std::chrono::milliseconds(1);  // time-out for a gateway
-constexpr unsigned kMostRestarts = 3;                // of a request of which a chunk was lost
+constexpr unsigned kMostRestarts = 3;  // of a request of which a chunk was lost
+constexpr const char* kMayBeDone = ". The request was sent before, and may have been carried out";
 constexpr std::size_t kMostReplyBytes = 64U << 20U;  // largest reply that a client accepts
 
 bool lost_a_chunk(const v1::CommandReply& reply, const Request& request) {
@@ -71,6 +72,11 @@ std::optional<RequestTracker::Done> RequestTracker::take(const v1::CommandReply&
   }
   if (!admit(waiting, sender, publishers, now))
     return std::nullopt;
+  if (may_have_been_carried_out(waiting, reply)) {
+    return fail(found, line::Refusal::timed_out,
+                "the gateway was started again, or has the line no more: " +
+                    reply.text().to_string() + kMayBeDone);
+  }
   if (lost_a_chunk(reply, request) && waiting.sent <= kMostRestarts) {
     waiting.send_at = earlier(waiting.send_at, now + retry_);
     return std::nullopt;
@@ -93,6 +99,16 @@ std::optional<RequestTracker::Done> RequestTracker::take(const v1::CommandReply&
   return std::nullopt;
 }
 
+bool RequestTracker::may_have_been_carried_out(const Waiting& waiting,
+                                               const v1::CommandReply& reply) {
+  const bool other_start =
+      reply.domain() == v1::RESULT_REFUSED &&
+      (reply.code() == v1::REFUSAL_WRONG_INCARNATION || reply.code() == v1::REFUSAL_UNKNOWN_LINE);
+  // Without an incarnation the line was perhaps never there.
+  return other_start && waiting.sent > 1 && waiting.request.target.incarnation != 0 &&
+         !request::only_reads(request::kind(waiting.request.request));
+}
+
 RequestTracker::Done RequestTracker::finish(std::map<std::uint64_t, Waiting>::iterator waiting) {
   Done done{std::move(waiting->second.request.target), std::move(waiting->second.result)};
   waiting_.erase(waiting);
@@ -110,6 +126,12 @@ const Request* RequestTracker::due(Instant now) {
     if (waiting.sent == 0) {
       const Target& target = waiting.request.target;
       waiting.place = ++sent_[{target.gateway, target.line}];
+      waiting.beside =
+          static_cast<std::uint64_t>(std::ranges::count_if(waiting_, [&](const auto& other) {
+            return other.second.sent != 0 &&
+                   other.second.request.target.gateway == target.gateway &&
+                   other.second.request.target.line == target.line;
+          }));
     }
     const bool is_long = waiting.request.data.size() > kChunkBytes;
     const unsigned slowing = std::min(waiting.sent, is_long ? kMostSlowingLong : kMostSlowing);
@@ -125,12 +147,18 @@ const Request* RequestTracker::due(Instant now) {
 // The rest of an answer may be requested at any time: the gateway then carries out nothing.
 bool RequestTracker::may_send(const Waiting& waiting, Instant now) const {
   const Request& request = waiting.request;
-  if (!request.once || !waiting.result.bytes.empty())
+  if (!waiting.result.bytes.empty())
     return true;
-  if (request.deadline - now <= kSampleLifetime)
+  if (request.once && request.deadline - now <= kSampleLifetime)
     return false;
   const auto sent = sent_.find({request.target.gateway, request.target.line});
-  return waiting.sent == 0 || sent == sent_.end() || sent->second - waiting.place < kMostSince;
+  if (waiting.sent == 0 || sent == sent_.end())
+    return true;
+  const std::uint64_t since = sent->second - waiting.place;
+  if (request.once)
+    return since < kMostSince;
+  return request::only_reads(request::kind(request.request)) ||
+         since + waiting.beside < kMostOthers;
 }
 
 Duration RequestTracker::gateway_timeout(const Request& request, Instant now) {
@@ -154,7 +182,11 @@ std::optional<RequestTracker::Done> RequestTracker::expired(Instant now) {
   if (found == waiting_.end())
     return std::nullopt;
   const std::uint64_t foreign = found->second.foreign;
-  Done done = fail(found, line::Refusal::timed_out, "no answer from the gateway in time");
+  const bool may_be_done =
+      found->second.sent != 0 && !request::only_reads(request::kind(found->second.request.request));
+  Done done =
+      fail(found, line::Refusal::timed_out,
+           std::string("no answer from the gateway in time") + (may_be_done ? kMayBeDone : ""));
   if (foreign != 0) {
     done.result.text += "; " + std::to_string(foreign) +
                         " replies of participants that do not publish its state were ignored";
@@ -184,7 +216,7 @@ std::optional<RequestTracker::Done> RequestTracker::disputed(const LinePublisher
   text += "; end all but one, or give each gateway its own name";
   const bool was_sent = found->second.sent != 0;
   if (was_sent)
-    text += ". The request was sent before, and may have been carried out";
+    text += kMayBeDone;
   return fail(found, was_sent ? line::Refusal::timed_out : line::Refusal::not_permitted,
               std::move(text));
 }

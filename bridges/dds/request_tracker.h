@@ -37,12 +37,15 @@ struct Request {
 // the gateway did not acknowledge. The gateway's time-out ends that much before the deadline.
 inline constexpr Duration kSampleLifetime = std::chrono::milliseconds(200);
 
-// A gateway keeps its last 256 answers to a client, and so recognises a repeated request. A request
-// that is to be carried out once is repeated only while the gateway certainly has its answer: while
-// fewer than kMostSince further ones were sent to that line, of which at most kMostUnderWay are
-// unanswered. Then it waits for an answer until its deadline.
+// A gateway keeps its last 256 answers to a client for each line, and so recognises a repeated
+// request. A request that writes is repeated only while the gateway certainly has its answer: while
+// fewer than kMostOthers of its line were pending when it was sent first, or were sent after it;
+// cancelled ones have answers, too. For Request::once: while fewer than kMostSince further ones
+// were sent to that line, of which at most kMostUnderWay are unanswered. Then it waits for an
+// answer until its deadline.
 class RequestTracker {
  public:
+  static constexpr std::uint64_t kMostOthers = 192;
   static constexpr std::uint64_t kMostSince = 128;
   static constexpr std::size_t kMostUnderWay = 64;  // requests to a line, for the owner to respect
 
@@ -90,6 +93,7 @@ class RequestTracker {
     Instant send_at{};          // time of the next transmission
     unsigned sent = 0;          // number of transmissions
     std::uint64_t place = 0;    // among the requests to its line, by their first transmission
+    std::uint64_t beside = 0;   // others of its line that were pending at that time
     std::size_t chunks = 0;     // received since it was last sent
     std::uint64_t foreign = 0;  // replies of other participants
   };
@@ -98,6 +102,9 @@ class RequestTracker {
             std::string text);
 
   bool may_send(const Waiting& waiting, Instant now) const;
+  // A repetition may have been refused because another start of the gateway received it, or one
+  // whose plant has not that line, while the first transmission was carried out.
+  static bool may_have_been_carried_out(const Waiting& waiting, const v1::CommandReply& reply);
   // Whether the reply of that participant is accepted.
   bool admit(Waiting& waiting, const ParticipantPrefix& sender, const LinePublishers& publishers,
              Instant now);

@@ -23,6 +23,13 @@ line::CommandKind kind(const Request& request) {
   return std::visit([](const auto& of_sort) { return kind(of_sort); }, request);
 }
 
+bool only_reads(line::CommandKind kind) {
+  using enum line::CommandKind;
+  constexpr std::array kReads{sdo_read,        network_read,    local_read,        scan,
+                              connection_list, Versions::kKind, JournalRead::kKind};
+  return std::ranges::find(kReads, kind) != kReads.end();
+}
+
 std::string_view command_name(line::CommandKind kind) {
   const auto found = find(kind, std::type_identity<GatewayRequest>{});
   return found ? std::visit([](const auto& request) { return request.kName; }, *found)

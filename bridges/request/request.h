@@ -78,6 +78,8 @@ static_assert(
 
 line::CommandKind kind(const GatewayRequest& request);
 line::CommandKind kind(const Request& request);
+// Commands that write nothing to a device, and may be carried out twice.
+bool only_reads(line::CommandKind kind);
 // "bus-restart". As line::name(), and for the kinds of the gateway.
 std::string_view command_name(line::CommandKind kind);
 // A request of the kind with that number and default parameters; nullopt if the number has no kind.

@@ -250,6 +250,80 @@ TEST_F(Tracker, AShortRequestIsRefusedAtOnce) {
   EXPECT_EQ(done->result.text, "why");
 }
 
+// --- requests that write ------------------------------------------------------------------------
+
+Request write_with(std::uint64_t id) {
+  Request request = request_with();
+  request.id = id;
+  request.target.incarnation = 3;
+  request.request = line::Request{line::SdoWrite{}};
+  return request;
+}
+
+v1::CommandReply refusal_with(std::uint32_t code) {
+  v1::CommandReply sample = reply({}, 0);
+  sample.domain(v1::RESULT_REFUSED);
+  sample.code(code);
+  return sample;
+}
+
+TEST_F(Tracker, AWriteThatAnotherStartOfTheGatewayRefusesMayHaveBeenCarriedOut) {
+  for (const auto code : {v1::REFUSAL_WRONG_INCARNATION, v1::REFUSAL_UNKNOWN_LINE}) {
+    tracker.add(write_with(7), kStart);
+    ASSERT_NE(tracker.due(kStart), nullptr);
+    ASSERT_NE(tracker.due(kStart + milliseconds(100)), nullptr);
+    const auto done = take(refusal_with(code), kStart + milliseconds(110));
+    ASSERT_TRUE(done);
+    EXPECT_EQ(done->result.reply.error, line::to_error(line::Refusal::timed_out));
+    EXPECT_NE(done->result.text.find("may have been carried out"), std::string::npos);
+  }
+}
+
+TEST_F(Tracker, AWriteThatIsRefusedTheFirstTimeWasNotCarriedOut) {
+  tracker.add(write_with(7), kStart);
+  ASSERT_NE(tracker.due(kStart), nullptr);
+  const auto done = take(refusal_with(v1::REFUSAL_WRONG_INCARNATION), kStart);
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.error, line::to_error(line::Refusal::wrong_incarnation));
+}
+
+TEST_F(Tracker, AWriteWithoutAnswerMayHaveBeenCarriedOut) {
+  tracker.add(write_with(7), kStart);
+  ASSERT_NE(tracker.due(kStart), nullptr);
+  auto done = tracker.expired(kStart + milliseconds(10'000));
+  ASSERT_TRUE(done);
+  EXPECT_NE(done->result.text.find("may have been carried out"), std::string::npos);
+  tracker.add(write_with(8), kStart);
+  done = tracker.expired(kStart + milliseconds(10'000));
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.text.find("may have been"), std::string::npos) << "it was never sent";
+}
+
+// Then the gateway may not know it any more, and would carry it out again.
+TEST_F(Tracker, AWriteIsNotRepeatedBehindManyOthers) {
+  constexpr std::uint64_t kBefore = 100;
+  constexpr std::uint64_t kId = 1'000;
+  for (std::uint64_t id = 1; id <= kBefore; ++id)
+    tracker.add(write_with(id), kStart);
+  for (std::uint64_t id = 1; id <= kBefore; ++id)
+    ASSERT_NE(tracker.due(kStart), nullptr);
+  tracker.add(write_with(kId), kStart);
+  ASSERT_NE(tracker.due(kStart), nullptr);
+  for (std::uint64_t id = 1; id <= kBefore; ++id)
+    tracker.cancel(id);
+  for (std::uint64_t since = 1; since + kBefore < RequestTracker::kMostOthers; ++since) {
+    tracker.add(write_with(kId + since), kStart);
+    ASSERT_NE(tracker.due(kStart), nullptr);
+    tracker.cancel(kId + since);
+  }
+  ASSERT_NE(tracker.due(kStart + milliseconds(100)), nullptr) << "the gateway certainly knows it";
+  tracker.add(write_with(2 * kId), kStart);
+  ASSERT_NE(tracker.due(kStart), nullptr);
+  tracker.cancel(2 * kId);
+  EXPECT_EQ(sent_at(9'000), std::vector<long>{});
+  EXPECT_TRUE(tracker.expired(kStart + milliseconds(10'000)));
+}
+
 // --- requests that are carried out once -------------------------------------------------------
 
 Request once_with(std::uint64_t id, std::size_t data = 0) {
