@@ -3,11 +3,14 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "bridges/dds/client.h"
+#include "bridges/request/request.h"
 #include "gateway/client/identity.h"
 #include "gateway/runtime/signals.h"
 
@@ -18,10 +21,14 @@ console::LineId id_of(const dds::Source& source) {
   return {source.gateway, source.line};
 }
 
+// The newest start of the gateway of each line.
+using Incarnations = std::map<console::LineId, std::uint64_t>;
+
 // Passes samples from DDS to the console.
 class Forward final : public dds::ClientListener {
  public:
-  explicit Forward(console::Listener& listener) : listener_(listener) {}
+  Forward(console::Listener& listener, Incarnations& incarnations)
+      : listener_(listener), incarnations_(incarnations) {}
 
   void on_gateway(const dds::Source& source, const dds::GatewayInfo& info) override {
     console::GatewayView view{.version = info.version,
@@ -51,6 +58,7 @@ class Forward final : public dds::ClientListener {
                            .time = source.time,
                            .state = state};
     view.incarnation = source.incarnation;
+    incarnations_[id_of(source)] = source.incarnation;
     for (const dds::Property& property : properties) {
       view.properties.emplace_back(property.name, property.value);
     }
@@ -88,6 +96,7 @@ class Forward final : public dds::ClientListener {
                                        .text = std::string(text)});
   }
   void on_line_gone(std::string_view gateway, std::string_view line) override {
+    incarnations_.erase({std::string(gateway), std::string(line)});
     listener_.on_line_gone({std::string(gateway), std::string(line)});
   }
   void on_unreadable(std::uint64_t samples) override { listener_.on_unreadable(samples); }
@@ -95,6 +104,7 @@ class Forward final : public dds::ClientListener {
 
  private:
   console::Listener& listener_;
+  Incarnations& incarnations_;
 };
 
 class RemoteClient final : public console::Client {
@@ -112,7 +122,7 @@ class RemoteClient final : public console::Client {
 
   bool may_receive_layouts() const override { return client_->layout_peers() != 0; }
   void poll(Duration timeout, console::Listener& listener) override {
-    Forward forward(listener);
+    Forward forward(listener, incarnations_);
     client_->poll(timeout, forward);
   }
 
@@ -125,16 +135,17 @@ class RemoteClient final : public console::Client {
 
   Answer call(const console::LineId& id, const line::Command& command, Duration timeout,
               std::uint64_t layout_id, console::Listener& listener) override {
-    Forward forward(listener);
-    return to_answer(client_->call({.gateway = id.gateway, .line = id.line}, command, timeout,
-                                   forward, layout_id));
+    Forward forward(listener, incarnations_);
+    return to_answer(client_->call(target_of(id), command, timeout, forward, layout_id));
   }
 
   Answer call_gateway(const console::LineId& id, const request::GatewayRequest& request,
                       Duration timeout, console::Listener& listener) override {
-    Forward forward(listener);
-    return to_answer(
-        client_->call_gateway({.gateway = id.gateway, .line = id.line}, request, timeout, forward));
+    Forward forward(listener, incarnations_);
+    const dds::Target target = request::only_reads(request::kind(request))
+                                   ? dds::Target{.gateway = id.gateway, .line = id.line}
+                                   : target_of(id);
+    return to_answer(client_->call_gateway(target, request, timeout, forward));
   }
 
   bool write_outputs(const console::LineId& id, std::uint64_t incarnation,
@@ -150,7 +161,16 @@ class RemoteClient final : public console::Client {
             .bytes = std::move(result.bytes)};
   }
 
+  // A gateway that starts again must not carry out a repetition of what it was sent before.
+  dds::Target target_of(const console::LineId& id) const {
+    const auto found = incarnations_.find(id);
+    return {.gateway = id.gateway,
+            .line = id.line,
+            .incarnation = found == incarnations_.end() ? 0 : found->second};
+  }
+
   std::unique_ptr<dds::Client> client_;
+  Incarnations incarnations_;
 };
 
 }  // namespace
