@@ -48,7 +48,8 @@ enum class Quality : std::uint8_t {
   not_sent,        // outputs: the newest value was not sent yet, see Group::waiting()
   gateway_silent,  // the gateway published nothing for 3 s; the value is the last one
   gateway_lost,    // the gateway ended or is unreachable, or the line was removed; likewise
-  ambiguous,       // several gateways have a line of that name: use "GATEWAY/LINE"
+  ambiguous,  // several gateways have a line of that name: use "GATEWAY/LINE"; or its gateway has a
+              // namesake
 };
 std::string_view describe(Quality quality);
 
@@ -96,7 +97,7 @@ enum class Error : std::uint8_t {
   none,
   bad_argument,
   not_ready,     // the line or its layout was not received, or its gateway is lost
-  ambiguous,     // several gateways have a line of that name
+  ambiguous,     // several gateways have a line of that name, or its gateway has a namesake
   no_name,       // no such output
   wrong_type,    // not convertible to the type of the output
   out_of_range,  // does not fit the type of the output, or is beyond its limits
@@ -110,7 +111,7 @@ enum class LineStatus : std::uint8_t {
   ready,      // values, outputs and commands are possible
   silent,     // its gateway published nothing for 3 s
   lost,       // its gateway ended or is unreachable, or removed the line
-  ambiguous,  // several gateways have a line of that name
+  ambiguous,  // several gateways have a line of that name, or its gateway has a namesake
 };
 std::string_view describe(LineStatus status);
 
@@ -258,7 +259,7 @@ enum class LossReason : std::uint8_t {
   layout_changed,  // the values have other places, or the group has another number or name
   gateway_silent,  // published nothing for 3 s
   gateway_lost,
-  ambiguous,  // several gateways have a line of that name
+  ambiguous,  // several gateways have a line of that name, or its gateway has a namesake
   no_group,   // the line has no group of that name or number, or no longer
 };
 std::string_view describe(LossReason reason);

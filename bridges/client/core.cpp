@@ -154,7 +154,7 @@ LineData* Core::sample_of(const dds::Source& source) {
 void Core::on_gateway(const dds::Source& source, const dds::GatewayInfo& info) {
   received = true;
   if (gateway_events.size() < kMaxGateways)
-    gateway_events.try_emplace(source.gateway, info.events);
+    gateway_events.try_emplace(source.gateway, FirstEvents{source.incarnation, info.events});
   newest_events.note_gateway(source, info);
   for (const auto& one : followings())
     one->following->receive_gateway(source, info, link->now());
@@ -166,28 +166,23 @@ void Core::on_line(const dds::Source& source, const dds::LineInfo& /*info*/,
   for (const auto& one : followings())
     one->following->receive_line(source, state.counters.events, link->now());
   LineData* const line = sample_of(source);
-  if (line == nullptr || line->is_former(source.incarnation))
+  if (line == nullptr)
     return;
   if (!line->seen) {
     line->events_before = state.counters.events;
     line->events_incarnation = source.incarnation;
   }
-  if (line->incarnation != source.incarnation) {
-    line->nodes.clear();
-    // The states of the new start may come before its LineState.
-    std::erase_if(line->groups, [&](const auto& group) {
-      return group.second.incarnation != source.incarnation;
-    });
-    line->former = line->incarnation;
-  }
+  const bool is_known = line->seen && line->incarnation == source.incarnation;
+  if (!line->follow(source.incarnation, link->now()))
+    return;
   // After a silence, too: the states of its groups come on another topic.
-  if (line->incarnation != source.incarnation || line->gone ||
-      link->now() - line->heard >= kSilence)
+  if (!is_known || line->gone || link->now() - line->heard >= kSilence)
     line->begun = link->now();
-  line->incarnation = source.incarnation;
   line->seen = true;
   line->gone = false;
   line->heard = link->now();
+  line->has_namesake =
+      std::ranges::find(properties, "namesakes", &dds::Property::name) != properties.end();
   for (const dds::Property& property : properties) {
     const char* const end = property.value.data() + property.value.size();
     std::uint64_t lines = 0;
@@ -199,13 +194,15 @@ void Core::on_line(const dds::Source& source, const dds::LineInfo& /*info*/,
 void Core::on_node(const dds::Source& source, const dds::NodeInfo& /*info*/,
                    const line::NodeState& state, const std::vector<dds::Property>& /*of*/) {
   LineData* const line = sample_of(source);
-  if (line != nullptr && (!line->seen || line->incarnation == source.incarnation))
-    line->nodes[state.node] = state.presence;
+  if (line == nullptr)
+    return;
+  auto& nodes = line->is_former(source.incarnation) ? line->former_nodes : line->nodes;
+  nodes[state.node] = {state.presence, source.incarnation};
 }
 
 void Core::on_output_state(const dds::Source& source, const line::OutputState& state) {
   LineData* const line = sample_of(source);
-  if (line != nullptr && line->groups.size() < 65'536)
+  if (line != nullptr && line->groups.size() < 65'536 && !line->is_former(source.incarnation))
     line->groups[state.group] = {state, source.incarnation, link->now()};
 }
 
@@ -213,10 +210,10 @@ void Core::on_layout(const dds::Source& source, const image::Layout& layout) {
   LineData* const line = sample_of(source);
   if (line == nullptr)
     return;
-  Area& area = line->area(layout.direction);
   // The layout of a restarted gateway may arrive before its LineState, and one of before it late.
+  Area& area = line->area_of(layout.direction, source.incarnation);
   if (line->is_former(source.incarnation))
-    return;
+    return area.take(layout, source.incarnation, link->now());
   const bool same = area.layout && area.layout->id == layout.id &&
                     std::ranges::equal(area.layout->entries, layout.entries, {},
                                        &image::Entry::name, &image::Entry::name);
@@ -232,10 +229,7 @@ void Core::on_image(const dds::Source& source, const image::Snapshot& image) {
   LineData* const line = sample_of(source);
   if (line == nullptr)
     return;
-  Area& area = line->area(image.direction);
-  if (line->is_former(source.incarnation))
-    return;
-  area.take(image, source.incarnation, link->now());
+  line->area_of(image.direction, source.incarnation).take(image, source.incarnation, link->now());
 }
 
 void Core::on_line_gone(std::string_view gateway, std::string_view line) {
@@ -251,7 +245,8 @@ void Core::on_line_gone(std::string_view gateway, std::string_view line) {
 bool Core::is_new(const dds::Source& source, std::uint64_t number) {
   if (source.line.empty()) {
     const auto found = gateway_events.find(source.gateway);
-    return found != gateway_events.end() && number > found->second;
+    return found != gateway_events.end() &&
+           (source.incarnation != found->second.incarnation || number > found->second.number);
   }
   const LineData* const line = sample_of(source);
   if (line == nullptr || !line->seen)

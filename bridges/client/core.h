@@ -56,7 +56,9 @@ struct GroupData {
   std::uint64_t outputs_revision = 0;  // of the line, which the values are for
   std::uint16_t number = 0;            // of the name when it was armed
   std::uint64_t arming = 0;
-  Instant refused_before{};  // refusals up to this time are not of this arming
+  // Refusals of the group before this arming; not known before its first OutputState. Their times
+  // are not compared: each publication converts them anew, with the noise of two clocks.
+  std::optional<std::uint64_t> refused_before;
   Instant write_at{};
   bool dirty = false;
   std::map<std::uint32_t, line::OutputValue> values;  // by entry
@@ -156,7 +158,11 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
   std::string error;  // why there is no link
   std::string name;
   Model model;
-  std::map<std::string, std::uint64_t> gateway_events;  // newest number of each at the beginning
+  struct FirstEvents {
+    std::uint64_t incarnation = 0;
+    std::uint64_t number = 0;  // of the newest event at the beginning
+  };
+  std::map<std::string, FirstEvents> gateway_events;
   NewestEvents newest_events;
   std::vector<std::weak_ptr<SubscriptionData>> subscriptions;
   std::vector<std::weak_ptr<GroupData>> groups;

@@ -145,7 +145,7 @@ Error Core::arm(GroupData& group) {
     return states_received ? Error::no_name : Error::not_ready;
   bind(group, line);
   group.number = *number;
-  group.refused_before = state == nullptr ? Instant{} : state->state.refused_at;
+  group.refused_before = state == nullptr ? std::nullopt : std::optional(state->state.refused);
   // Never that of another client, nor an earlier one of this client.
   last_arming = std::max(last_arming + 1, static_cast<std::uint64_t>(link->utc()));
   group.arming = last_arming;
@@ -216,8 +216,11 @@ void Core::service_group(const std::shared_ptr<GroupData>& group) {
 void Core::judge(GroupData& group, const LineData::Group& state) {
   const line::OutputState& now = state.state;
   const bool mine = now.owner == name && now.arming == group.arming;
+  // A refused write is repeated, so a refusal before the first state is counted again after it.
+  const std::uint64_t before = group.refused_before.value_or(now.refused);
+  group.refused_before = before;
   if (now.refusal != line::OutputRefusal::none && now.refused_client == name &&
-      now.refused_at > group.refused_before) {
+      now.refused != before) {
     group.refusal = now.refusal;
     group.values.clear();
     return set_state(group, GroupState::refused, LossReason::none);

@@ -34,7 +34,7 @@ enum {
   LINEGATE_ERROR_ARGUMENT = -1, /* a null pointer, or a number that is not valid */
   LINEGATE_ERROR_NOT_READY =
       -2, /* the line or its layout was not received, or its gateway is lost */
-  LINEGATE_ERROR_AMBIGUOUS = -3, /* several gateways have a line of that name: GATEWAY/LINE */
+  LINEGATE_ERROR_AMBIGUOUS = -3, /* several gateways have that line: GATEWAY/LINE; or that name */
   LINEGATE_ERROR_NAME = -4,      /* no such output or group */
   LINEGATE_ERROR_TYPE = -5,      /* the value is not of the type of the output */
   LINEGATE_ERROR_RANGE = -6, /* it does not fit the type of the output, or is beyond its limits */
@@ -100,7 +100,7 @@ typedef enum linegate_status {
   LINEGATE_STATUS_READY,    /* values, outputs and commands are possible */
   LINEGATE_STATUS_SILENT,   /* its gateway published nothing for 3 s */
   LINEGATE_STATUS_LOST,     /* its gateway ended or is unreachable, or removed the line */
-  LINEGATE_STATUS_AMBIGUOUS /* several gateways have a line of that name */
+  LINEGATE_STATUS_AMBIGUOUS /* several gateways have it, or its gateway has a namesake */
 } linegate_status;
 /* In words; never NULL. */
 const char* linegate_status_text(int status);
@@ -128,7 +128,7 @@ typedef enum linegate_quality {
   LINEGATE_NOT_SENT,       /* outputs: the newest value was not sent yet */
   LINEGATE_GATEWAY_SILENT, /* the gateway published nothing for 3 s; the value is the last one */
   LINEGATE_GATEWAY_LOST,   /* the gateway ended or is unreachable; likewise */
-  LINEGATE_NAME_AMBIGUOUS  /* several gateways have a line of that name */
+  LINEGATE_NAME_AMBIGUOUS  /* as of LINEGATE_STATUS_AMBIGUOUS */
 } linegate_quality;
 const char* linegate_quality_text(int quality);
 

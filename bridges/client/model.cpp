@@ -62,6 +62,47 @@ bool Area::complete(std::uint64_t incarnation, Instant now) const {
          layout->id == image->layout_id && match.is_certain(now);
 }
 
+bool LineData::follow(std::uint64_t other, Instant now) {
+  if (seen && other == incarnation)
+    return true;
+  const bool returns = is_former(other);
+  if (returns && !gone && now - heard < kSilence)
+    return false;
+  if (returns) {
+    std::swap(areas, former_areas);
+    std::swap(nodes, former_nodes);
+    for (std::size_t i = 0; i < areas.size(); ++i)
+      areas[i].lost = std::max(areas[i].lost, former_areas[i].lost);  // it never decreases
+    ++layout_revision;
+    ++outputs_revision;
+  } else if (seen) {
+    // The states of the new start may come before its LineState.
+    const auto is_of_another = [&](const auto& state) { return state.second.incarnation != other; };
+    for (const auto direction : {image::Direction::inputs, image::Direction::outputs})
+      keep(direction);
+    former_nodes = nodes;
+    std::erase_if(nodes, is_of_another);
+  }
+  std::erase_if(groups, [&](const auto& state) { return state.second.incarnation != other; });
+  former = incarnation;
+  incarnation = other;
+  return true;
+}
+
+void LineData::keep(image::Direction direction) {
+  Area& kept = former_areas[static_cast<std::size_t>(direction)];
+  if (area(direction).has_layout(incarnation) && !kept.has_layout(incarnation))
+    kept = area(direction);
+}
+
+Area& LineData::area_of(image::Direction direction, std::uint64_t other) {
+  if (is_former(other))
+    return former_areas[static_cast<std::size_t>(direction)];
+  if (seen && other != incarnation)
+    keep(direction);
+  return area(direction);
+}
+
 LineStatus LineData::status(Instant now) const {
   if (!seen)
     return LineStatus::waiting;
@@ -97,7 +138,8 @@ Value LineData::value_of(const Area& area, std::uint32_t number) const {
     value.quality = Quality::not_sent;
   } else {
     const auto node = nodes.find(entry.node);
-    const bool missing = node != nodes.end() && node->second == line::Presence::missing;
+    const bool missing = node != nodes.end() && node->second.incarnation == incarnation &&
+                         node->second.presence == line::Presence::missing;
     value.quality = missing ? Quality::node_missing : Quality::not_received;
   }
   return value;
@@ -116,11 +158,13 @@ Value LineData::read(const std::string& name, Quality line_quality, Instant now)
   }
   bool layouts = true;
   const std::string key(plain);
+  // A name without a direction is that of an output only if no input has it: without the layout of
+  // the inputs that is not known.
   for (std::size_t direction = first; direction <= last; ++direction) {
     const Area& one = areas[direction];
     if (!one.layout || (line_quality == Quality::good && !one.has_layout(incarnation))) {
       layouts = false;
-      continue;
+      break;
     }
     const auto found = one.entries.find(key);
     if (found == one.entries.end())
@@ -159,7 +203,9 @@ LineData* Model::find_or_add(const std::string& gateway, const std::string& line
 Model::Found Model::find(const std::string& gateway, const std::string& line) const {
   if (!gateway.empty()) {
     const auto found = lines_.find({gateway, line});
-    return {found == lines_.end() || !found->second.seen ? nullptr : &found->second};
+    if (found == lines_.end() || !found->second.seen)
+      return {};
+    return {&found->second, found->second.has_namesake};
   }
   Found live;
   Found gone;
@@ -167,9 +213,7 @@ Model::Found Model::find(const std::string& gateway, const std::string& line) co
     if (key.second != line || !one.seen)
       continue;
     Found& found = one.gone ? gone : live;
-    found.ambiguous = found.line != nullptr;
-    if (found.ambiguous)
-      break;
+    found.ambiguous = found.ambiguous || found.line != nullptr || one.has_namesake;
     found.line = &one;
   }
   return live.line != nullptr ? live : gone;

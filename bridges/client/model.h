@@ -56,6 +56,7 @@ struct LineData {
                     // silent
   std::uint64_t incarnation = 0;
   std::uint64_t former = 0;         // the incarnation before; 0: none
+  bool has_namesake = false;        // another gateway of that name publishes, too
   std::uint64_t gateway_lines = 0;  // number of lines that its gateway has
   std::uint64_t revision = 0;       // increases with each sample and change of status
   std::uint64_t layout_revision = 0;
@@ -66,7 +67,15 @@ struct LineData {
   std::uint64_t events_before = 0;  // events up to this number happened before the client began
   std::uint64_t events_incarnation = 0;
   std::array<Area, 2> areas;  // by image::Direction
-  std::map<std::uint8_t, line::Presence> nodes;
+  struct Node {
+    line::Presence presence = line::Presence::unknown;
+    std::uint64_t incarnation = 0;
+  };
+  std::map<std::uint8_t, Node> nodes;
+  // Of the former incarnation, which may be another gateway of that name: with the end of this one
+  // it is the present one again, and its layouts come only once.
+  std::array<Area, 2> former_areas;
+  std::map<std::uint8_t, Node> former_nodes;
   struct Group {
     line::OutputState state;
     std::uint64_t incarnation = 0;
@@ -80,6 +89,12 @@ struct LineData {
     return group != nullptr && group->incarnation == incarnation && heard - group->heard < kSilence;
   }
   bool is_former(std::uint64_t other) const { return other == former && other != 0; }
+  // A LineState of that incarnation was received. Returns false if it is the former one, and the
+  // present one was heard since.
+  bool follow(std::uint64_t other, Instant now);
+  // Where a sample of that incarnation goes. The present area is kept for its return if the sample
+  // is of another incarnation.
+  Area& area_of(image::Direction direction, std::uint64_t other);
   Area& area(image::Direction direction) { return areas[static_cast<std::size_t>(direction)]; }
   const Area& area(image::Direction direction) const {
     return areas[static_cast<std::size_t>(direction)];
@@ -88,6 +103,8 @@ struct LineData {
   Value read(const std::string& name, Quality line_quality, Instant now) const;
 
  private:
+  // Keeps the area of the present incarnation for its return.
+  void keep(image::Direction direction);
   Value value_of(const Area& area, std::uint32_t entry) const;
 };
 

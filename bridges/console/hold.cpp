@@ -74,7 +74,7 @@ class Holder {
     arming_ = static_cast<std::uint64_t>(utc_now().time_since_epoch().count());
     client_ = context_.client.name();
     if (const auto known = line_.groups.find(group_); known != line_.groups.end()) {
-      refused_before_ = known->second.state.refused_at;
+      refused_before_ = known->second.state.refused;
     }
     return kDone;
   }
@@ -258,7 +258,7 @@ class Holder {
     }
     const line::OutputState& state = group->second.state;
     const bool is_mine = state.refusal != line::OutputRefusal::none &&
-                         state.refused_client == client_ && state.refused_at > refused_before_;
+                         state.refused_client == client_ && state.refused != refused_before_;
     return is_mine ? "outputs of group " + std::to_string(group_) +
                          " refused: " + std::string(line::describe(state.refusal)) + group_hint()
                    : "";
@@ -292,9 +292,9 @@ class Holder {
   std::uint64_t arming_ = 0;
   std::uint64_t events_before_ = 0;  // events up to this number precede the first write
   std::uint64_t seen_ = 0;
-  std::string client_;        // the name of this client; empty: not known
-  Instant refused_before_{};  // the last refusal before the first write
-  bool is_published_ = true;  // DDS took the last write
+  std::string client_;                // the name of this client; empty: not known
+  std::uint64_t refused_before_ = 0;  // number of refusals before the first write
+  bool is_published_ = true;          // DDS took the last write
   bool is_held_ = false;
   bool was_held_ = false;
   bool was_lost_ = false;  // after it was held

@@ -59,6 +59,118 @@ TEST_F(ClientCore, ALayoutOfARestartedGatewayBeforeItsStateIsAccepted) {
   EXPECT_EQ(line.read("ram.In").as<int>(), 9);
 }
 
+// The layouts of the other gateway come only once, so they are kept.
+TEST_F(ClientCore, TheGatewayThatStaysOfTwoWithOneNameIsReadAgain) {
+  begin();
+  world->whole_line(2);
+  world->image(inputs, 2, 8);
+  client.poll(0ms);
+  EXPECT_EQ(line.read("ram.In").as<int>(), 8);
+  for (int i = 0; i < 5; ++i) {
+    world->now += 1s;
+    world->line(1);
+    world->image(inputs, 1, 6);
+    world->image(outputs, 1, 6);
+    client.poll(0ms);
+  }
+  EXPECT_TRUE(line.ready());
+  EXPECT_EQ(line.read("ram.In").as<int>(), 6);
+}
+
+TEST_F(ClientCore, ALineOfTwoGatewaysWithOneNameIsAmbiguous) {
+  begin();
+  Group group = line.group("");
+  ASSERT_EQ(group.arm(), Error::none);
+  world->line(1, "1");
+  client.poll(0ms);
+  EXPECT_EQ(line.status(), LineStatus::ambiguous);
+  EXPECT_EQ(line.read("ram.In").quality, Quality::ambiguous);
+  EXPECT_EQ(group.reason(), LossReason::ambiguous);
+  EXPECT_EQ(client.line("gw/press").status(), LineStatus::ambiguous);
+  world->line(1);
+  client.poll(0ms);
+  EXPECT_TRUE(line.ready());
+}
+
+// The gateway converts the time of a refusal anew in each state.
+TEST_F(ClientCore, ARefusalIsNewOnlyIfItIsCounted) {
+  begin();
+  line::OutputState state{.refused = 1,
+                          .refused_at = world->now,
+                          .refusal = line::OutputRefusal::not_armed,
+                          .refused_client = "app"};
+  world->group(1, state);
+  client.poll(0ms);
+  Group group = line.group("");
+  ASSERT_EQ(group.arm(), Error::none);
+  state.owner = "app";
+  state.arming = world->writes.back().second.arming;
+  state.refused_at += std::chrono::nanoseconds(1);
+  world->group(1, state);
+  client.poll(0ms);
+  EXPECT_TRUE(group.held());
+  state.refused = 2;
+  state.refused_at -= 1h;
+  world->group(1, state);
+  client.poll(0ms);
+  EXPECT_EQ(group.state(), GroupState::refused);
+}
+
+// An earlier application of the same name was refused.
+TEST_F(ClientCore, ARefusalBeforeTheFirstStateOfAGroupIsNotOfItsArming) {
+  begin();
+  Group group = line.group("1");
+  ASSERT_EQ(group.arm(), Error::none);
+  line::OutputState state{.group = 1,
+                          .refused = 4,
+                          .refused_at = world->now,
+                          .refusal = line::OutputRefusal::not_armed,
+                          .refused_client = "app"};
+  world->group(1, state);
+  client.poll(0ms);
+  EXPECT_EQ(group.state(), GroupState::taking);
+  state.refused = 5;
+  world->group(1, state);
+  client.poll(0ms);
+  EXPECT_EQ(group.state(), GroupState::refused);
+}
+
+TEST_F(ClientCore, ANameWithoutDirectionNeedsTheLayoutOfTheInputs) {
+  world->layout(outputs, 1, 7, "ram.X");
+  world->image(outputs, 1, 4);
+  world->line(1);
+  client.poll(0ms);
+  EXPECT_EQ(line.read("ram.X").quality, Quality::no_data);
+  EXPECT_NE(line.read("outputs:ram.X").quality, Quality::no_data);
+  world->layout(inputs, 1, 7, "ram.X");
+  world->image(inputs, 1, 9);
+  client.poll(0ms);
+  EXPECT_EQ(line.read("ram.X").as<int>(), 9);
+}
+
+TEST_F(ClientCore, TheStateOfANodeMayComeBeforeThatOfItsLine) {
+  begin();
+  world->node(2, {.node = 1, .presence = line::Presence::missing});
+  world->whole_line(2);
+  world->invalid_image(inputs, 2);
+  client.poll(0ms);
+  EXPECT_EQ(line.read("ram.In").quality, Quality::node_missing);
+}
+
+TEST_F(ClientCore, EventsOfAGatewayThatStartedAgainAreNew) {
+  std::vector<std::uint64_t> numbers;
+  const Subscription subscription =
+      client.on_event([&](const Event& event) { numbers.push_back(event.number); });
+  world->gateway(1, 500);
+  world->gateway_event(1, 500);
+  world->gateway_event(1, 501);
+  world->gateway(2, 0);
+  world->gateway_event(2, 1);
+  client.poll(0ms);
+  client.poll(0ms);
+  EXPECT_EQ(numbers, (std::vector<std::uint64_t>{501, 1}));
+}
+
 TEST_F(ClientCore, AGroupIsHeldLostAndArmedAgain) {
   begin();
   Group group = line.group("");

@@ -10,10 +10,48 @@ dds::Source source_of(std::uint64_t incarnation) {
 
 }  // namespace
 
-void FakeWorld::line(std::uint64_t incarnation) {
-  samples.emplace_back([incarnation](dds::ClientListener& to) {
-    to.on_line(source_of(incarnation), {}, {}, {{"lines", "1"}});
+void FakeWorld::line(std::uint64_t incarnation, const std::string& namesakes) {
+  std::vector<dds::Property> properties{{"lines", "1"}};
+  if (!namesakes.empty())
+    properties.push_back({"namesakes", namesakes});
+  samples.emplace_back([incarnation, properties](dds::ClientListener& to) {
+    to.on_line(source_of(incarnation), {}, {}, properties);
   });
+}
+
+void FakeWorld::node(std::uint64_t incarnation, const line::NodeState& state) {
+  samples.emplace_back([incarnation, state](dds::ClientListener& to) {
+    to.on_node(source_of(incarnation), {}, state, {});
+  });
+}
+
+void FakeWorld::gateway(std::uint64_t incarnation, std::uint64_t events) {
+  samples.emplace_back([incarnation, events](dds::ClientListener& to) {
+    dds::GatewayInfo info;
+    info.events = events;
+    to.on_gateway({.gateway = "gw", .incarnation = incarnation}, info);
+  });
+}
+
+void FakeWorld::gateway_event(std::uint64_t incarnation, std::uint64_t number) {
+  samples.emplace_back([incarnation, number](dds::ClientListener& to) {
+    dds::ReceivedEvent event{};
+    event.number = number;
+    to.on_event({.gateway = "gw", .incarnation = incarnation}, event, "text", {});
+  });
+}
+
+void FakeWorld::invalid_image(image::Direction direction, std::uint64_t incarnation) {
+  image::Snapshot out;
+  out.direction = direction;
+  out.layout_id = 7;
+  out.sequence = ++sequence_;
+  out.bytes = {std::byte{}};
+  out.changed = {1};
+  out.valid = {0};
+  out.known = {0};
+  samples.emplace_back(
+      [incarnation, out](dds::ClientListener& to) { to.on_image(source_of(incarnation), out); });
 }
 
 void FakeWorld::layout(image::Direction direction, std::uint64_t incarnation, std::uint64_t id,

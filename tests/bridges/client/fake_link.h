@@ -30,11 +30,16 @@ struct FakeWorld {
   od::Scaling scaling;        // of both values, in layouts from now on
   std::size_t out_bytes = 1;  // of the output, in layouts from now on; more are an OCTET_STRING
 
-  void line(std::uint64_t incarnation);
+  // namesakes: number of other gateways of its name, if there are any.
+  void line(std::uint64_t incarnation, const std::string& namesakes = {});
+  void node(std::uint64_t incarnation, const line::NodeState& state);
+  void gateway(std::uint64_t incarnation, std::uint64_t events);
+  void gateway_event(std::uint64_t incarnation, std::uint64_t number);
   void layout(image::Direction direction, std::uint64_t incarnation, std::uint64_t id = 7,
               const std::string& name = {});
   void image(image::Direction direction, std::uint64_t incarnation, std::uint8_t value,
              std::uint64_t id = 7);
+  void invalid_image(image::Direction direction, std::uint64_t incarnation);
   void group(std::uint64_t incarnation, const line::OutputState& state);
   void gone();
   void progress(std::uint8_t node, const event::CommandProgress& progress);
