@@ -241,6 +241,13 @@ void Core::on_line_gone(std::string_view gateway, std::string_view line) {
   ++found->second.revision;
 }
 
+void Core::on_node_gone(std::string_view gateway, std::string_view line, std::uint8_t node) {
+  received = true;
+  const auto found = model.lines().find({std::string(gateway), std::string(line)});
+  if (found != model.lines().end() && found->second.nodes.erase(node) != 0)
+    ++found->second.revision;
+}
+
 // Late joiners receive past events, too.
 bool Core::is_new(const dds::Source& source, std::uint64_t number) {
   if (source.line.empty()) {

@@ -47,6 +47,7 @@ struct NodeView {
   Instant since{};  // last change of state or presence
   line::NodeState state;
   std::vector<std::pair<std::string, std::string>> properties{};  // name, value
+  std::uint64_t incarnation = 0;                                  // of its gateway
 };
 
 struct GatewayView {
@@ -67,7 +68,8 @@ struct GatewayView {
 
 struct OutputStateView {
   line::OutputState state;
-  Instant time{};  // of the sample
+  Instant time{};                 // of the sample
+  std::uint64_t incarnation = 0;  // of its gateway
 };
 
 struct EventView {
@@ -99,6 +101,9 @@ class Listener {
   virtual void on_line_gone(const LineId& id) = 0;
   virtual void on_node(const LineId& id, const NodeView& node) = 0;
   virtual void on_output_state(const LineId& /*id*/, const OutputStateView& /*state*/) {}
+  // The gateway continues without them, as after a reload.
+  virtual void on_node_gone(const LineId& id, std::uint8_t node) = 0;
+  virtual void on_output_state_gone(const LineId& id, std::uint16_t group) = 0;
   virtual void on_layout(const LineId& id, const image::Layout& layout) = 0;
   virtual void on_image(const LineId& id, const image::Snapshot& image) = 0;
   virtual void on_event(const LineId& id, const EventView& event) = 0;

@@ -148,7 +148,9 @@ int print_history(Context& context, Model& model, const Line& line, const NodeRe
   std::vector<NodeHistory> nodes = nodes_meant(line, meant.all ? std::uint8_t{0} : meant.node);
   for (NodeHistory& node : nodes) {
     if (line.view->state.role == line::Role::observer) {
-      add_last_one(line.nodes.at(node.node).state, node);
+      if (const auto known = line.nodes.find(node.node); known != line.nodes.end()) {
+        add_last_one(known->second.state, node);
+      }
       continue;
     }
     const line::LocalRead history{.what = od::Address{od::objects::kEmcyHistory, node.node}};

@@ -28,6 +28,10 @@ class EventProgress final : public Listener {
   void on_output_state(const LineId& id, const OutputStateView& state) override {
     model_.on_output_state(id, state);
   }
+  void on_node_gone(const LineId& id, std::uint8_t node) override { model_.on_node_gone(id, node); }
+  void on_output_state_gone(const LineId& id, std::uint16_t group) override {
+    model_.on_output_state_gone(id, group);
+  }
   void on_layout(const LineId& id, const image::Layout& layout) override {
     model_.on_layout(id, layout);
   }

@@ -114,6 +114,13 @@ void Model::on_line(const LineId& id, const LineView& view) {
     count_rates(*target);
     if (has_namesake(view)) {
       namesakes_.try_emplace(id.gateway, false);
+    } else {
+      // The states of the new start may come before its LineState, and those of before it late.
+      const auto is_former = [&view](const auto& one) {
+        return one.second.incarnation != view.incarnation;
+      };
+      std::erase_if(target->nodes, is_former);
+      std::erase_if(target->groups, is_former);
     }
   }
 }
@@ -154,6 +161,18 @@ void Model::on_node(const LineId& id, const NodeView& node) {
 void Model::on_output_state(const LineId& id, const OutputStateView& state) {
   if (Line* const target = line(id)) {
     target->groups[state.state.group] = state;
+  }
+}
+
+void Model::on_node_gone(const LineId& id, std::uint8_t node) {
+  if (const auto found = lines_.find(id); found != lines_.end()) {
+    revision_ += found->second.nodes.erase(node);
+  }
+}
+
+void Model::on_output_state_gone(const LineId& id, std::uint16_t group) {
+  if (const auto found = lines_.find(id); found != lines_.end()) {
+    revision_ += found->second.groups.erase(group);
   }
 }
 

@@ -103,6 +103,8 @@ class Model : public Listener {
   void on_line_gone(const LineId& id) override;
   void on_node(const LineId& id, const NodeView& node) override;
   void on_output_state(const LineId& id, const OutputStateView& state) override;
+  void on_node_gone(const LineId& id, std::uint8_t node) override;
+  void on_output_state_gone(const LineId& id, std::uint16_t group) override;
   void on_layout(const LineId& id, const image::Layout& layout) override;
   void on_image(const LineId& id, const image::Snapshot& image) override;
   void on_event(const LineId& id, const EventView& event) override;

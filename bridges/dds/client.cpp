@@ -29,6 +29,7 @@
 #include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/request_codec.h"
 #include "bridges/dds/request_tracker.h"
+#include "bridges/dds/state_instances.h"
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/waiting.h"
 #include "bridges/dds/writer_watch.h"
@@ -107,6 +108,11 @@ struct Client::Impl {
   void line_ended(ClientListener& listener);
   void drain_layouts(ClientListener& listener);
   void drain_states(ClientListener& listener);
+  void drain_nodes(ClientListener& listener);
+  void drain_output_states(ClientListener& listener);
+  using Instances = StateInstances<fast::InstanceHandle_t>;
+  void note_instance(Instances& instances, const Source& of, std::uint16_t number);
+  std::optional<Instances::Place> end_instance(Instances& instances);
   void report_lines_gone(ClientListener& listener);
   void drain_values(ClientListener& listener);
   void drain_events(ClientListener& listener);
@@ -151,6 +157,8 @@ struct Client::Impl {
   fast::SampleInfo info;    // of the sample being handled
   LinePublishers publishers;
   std::map<fast::InstanceHandle_t, std::pair<std::string, std::string>> line_names;
+  Instances node_instances;
+  Instances group_instances;
   std::uint64_t left_out = 0;  // samples, in the present poll
   std::uint64_t foreign_samples = 0;
   GatewayHolders holders{security.is_holder};
@@ -449,18 +457,55 @@ void Client::Impl::drain_states(ClientListener& listener) {
     listener.on_line(source(sample), line, state, properties);
   };
   drain(lines, line_sample, receive_line, [&] { line_ended(listener); });
-  drain(nodes, node_sample, [&](const v1::NodeState& sample) {
+  drain_nodes(listener);
+  drain_output_states(listener);
+}
+
+void Client::Impl::drain_nodes(ClientListener& listener) {
+  std::vector<Property> properties;
+  const auto receive = [&](const v1::NodeState& sample) {
     NodeInfo node;
     line::NodeState state;
     from_wire(sample, kUtc, node, state);
     from_wire(sample.properties(), properties);
-    listener.on_node(source(sample), node, state, properties);
+    const Source of = source(sample);
+    note_instance(node_instances, of, state.node);
+    listener.on_node(of, node, state, properties);
+  };
+  drain(nodes, node_sample, receive, [&] {
+    if (const auto ended = end_instance(node_instances))
+      listener.on_node_gone(ended->gateway, ended->line, static_cast<std::uint8_t>(ended->number));
   });
-  drain(output_states, output_state_sample, [&](const v1::OutputState& sample) {
+}
+
+void Client::Impl::drain_output_states(ClientListener& listener) {
+  const auto receive = [&](const v1::OutputState& sample) {
     line::OutputState state;
     from_wire(sample, kUtc, state);
-    listener.on_output_state(source(sample), state);
+    const Source of = source(sample);
+    note_instance(group_instances, of, state.group);
+    listener.on_output_state(of, state);
+  };
+  drain(output_states, output_state_sample, receive, [&] {
+    if (const auto ended = end_instance(group_instances))
+      listener.on_output_state_gone(ended->gateway, ended->line, ended->number);
   });
+}
+
+// The one of the sample that `info` describes.
+void Client::Impl::note_instance(Instances& instances, const Source& of, std::uint16_t number) {
+  instances.note(info.instance_handle, {of.gateway, of.line, number},
+                 guid_of(info.publication_handle));
+}
+
+// An instance without writers has not ended: its gateway may only be late.
+std::optional<Client::Impl::Instances::Place> Client::Impl::end_instance(Instances& instances) {
+  if (info.instance_state != fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE)
+    return std::nullopt;
+  auto ended = instances.end(info.instance_handle, guid_of(info.publication_handle));
+  if (ended)
+    ++handled;
+  return ended;
 }
 
 // The gateway removed the line and continues without it. A lost writer is handled by

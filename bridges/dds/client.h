@@ -83,6 +83,12 @@ class ClientListener {
                                bool /*lost*/) {}
   // The line was removed, or the gateway that published it has left or is unreachable.
   virtual void on_line_gone(std::string_view /*gateway*/, std::string_view /*line*/) {}
+  // The gateway continues without that node (or group of outputs), as after a reload. Those of a
+  // line that is gone, and of an earlier incarnation of the gateway, need not be reported.
+  virtual void on_node_gone(std::string_view /*gateway*/, std::string_view /*line*/,
+                            std::uint8_t /*node*/) {}
+  virtual void on_output_state_gone(std::string_view /*gateway*/, std::string_view /*line*/,
+                                    std::uint16_t /*group*/) {}
   // `samples` more samples could not be deserialized and were dropped.
   virtual void on_unreadable(std::uint64_t /*samples*/) {}
   // `samples` more samples were dropped because they belong to lines beyond the 4096 that a client

@@ -67,13 +67,15 @@ class Forward final : public dds::ClientListener {
   void on_node(const dds::Source& source, const dds::NodeInfo& info, const line::NodeState& state,
                const std::vector<dds::Property>& properties) override {
     console::NodeView view{.name = info.name, .since = info.since, .state = state};
+    view.incarnation = source.incarnation;
     for (const dds::Property& property : properties) {
       view.properties.emplace_back(property.name, property.value);
     }
     listener_.on_node(id_of(source), view);
   }
   void on_output_state(const dds::Source& source, const line::OutputState& state) override {
-    listener_.on_output_state(id_of(source), {.state = state, .time = source.time});
+    listener_.on_output_state(
+        id_of(source), {.state = state, .time = source.time, .incarnation = source.incarnation});
   }
   void on_layout(const dds::Source& source, const image::Layout& layout) override {
     listener_.on_layout(id_of(source), layout);
@@ -98,6 +100,13 @@ class Forward final : public dds::ClientListener {
   void on_line_gone(std::string_view gateway, std::string_view line) override {
     incarnations_.erase({std::string(gateway), std::string(line)});
     listener_.on_line_gone({std::string(gateway), std::string(line)});
+  }
+  void on_node_gone(std::string_view gateway, std::string_view line, std::uint8_t node) override {
+    listener_.on_node_gone({std::string(gateway), std::string(line)}, node);
+  }
+  void on_output_state_gone(std::string_view gateway, std::string_view line,
+                            std::uint16_t group) override {
+    listener_.on_output_state_gone({std::string(gateway), std::string(line)}, group);
   }
   void on_unreadable(std::uint64_t samples) override { listener_.on_unreadable(samples); }
   void on_left_out(std::uint64_t samples) override { listener_.on_left_out(samples); }

@@ -38,6 +38,7 @@ struct Recorder : dds::ClientListener {
                const std::vector<dds::Property>&) override {
     node_info = info;
     node_state = state;
+    nodes.insert(state.node);
   }
   void on_layout(const dds::Source&, const image::Layout& value) override {
     layouts.push_back(value);
@@ -57,6 +58,17 @@ struct Recorder : dds::ClientListener {
   void on_line_gone(std::string_view gateway, std::string_view line) override {
     gone = std::string(gateway) + "/" + std::string(line);
   }
+  void on_node_gone(std::string_view gateway, std::string_view line, std::uint8_t node) override {
+    EXPECT_EQ(gateway, known::kGateway);
+    EXPECT_EQ(line, known::kLine);
+    nodes.erase(node);
+  }
+  void on_output_state(const dds::Source&, const line::OutputState& state) override {
+    groups.insert(state.group);
+  }
+  void on_output_state_gone(std::string_view, std::string_view, std::uint16_t group) override {
+    groups.erase(group);
+  }
 
   std::optional<dds::Source> gateway_source;
   dds::GatewayInfo gateway_info;
@@ -73,6 +85,8 @@ struct Recorder : dds::ClientListener {
   std::vector<dds::ReceivedEvent> events;
   std::string last_text;
   std::string gone;
+  std::set<std::uint8_t> nodes;  // that are not gone
+  std::set<std::uint16_t> groups;
 };
 
 TEST(Subscribers, ALateJoinerGetsStateLayoutImageAndTheLastEvents) {
@@ -316,6 +330,30 @@ TEST_F(Publishing, AShorterLayoutReplacesALongerOne) {
     return !late_got.layouts.empty();
   }));
   EXPECT_EQ(late_got.layouts[0].entries.size(), 10U);
+}
+
+// As at a reload.
+TEST_F(Publishing, TheEndOfANodeAndOfAGroupIsReported) {
+  line::NodeState node = known::node_state();
+  const auto publish_node = [&](std::uint8_t id) {
+    node.node = id;
+    return bridge->publish(known::kLine, known::node_info(), node, known::at(1));
+  };
+  const auto receives = [&](const std::set<std::uint8_t>& nodes,
+                            const std::set<std::uint16_t>& groups) {
+    return eventually([&] {
+      client->poll(milliseconds(20), got);
+      return got.nodes == nodes && got.groups == groups;
+    });
+  };
+  ASSERT_TRUE(publish_node(7) && publish_node(8));
+  ASSERT_TRUE(bridge->publish(known::kLine, line::OutputState{.group = 2}, known::at(1)));
+  ASSERT_TRUE(receives({7, 8}, {2}));
+  bridge->remove_line(known::kLine);
+  EXPECT_TRUE(receives({}, {}));
+  ASSERT_TRUE(bridge->add_line(known::kLine));
+  ASSERT_TRUE(publish_node(8));
+  EXPECT_TRUE(receives({8}, {}));
 }
 
 TEST_F(Publishing, WakeEndsAPoll) {

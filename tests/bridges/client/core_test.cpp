@@ -404,6 +404,26 @@ TEST_F(ClientCore, ALineOfTwoGatewaysIsReportedAsAmbiguous) {
   EXPECT_EQ(reported, (std::vector{Quality::no_line, Quality::ambiguous}));
 }
 
+TEST_F(ClientCore, ANodeThatItsGatewayRemovedIsNotMissing) {
+  begin();
+  world->samples.emplace_back([](dds::ClientListener& to) {
+    image::Snapshot image{.layout_id = 7, .sequence = 9};
+    image.bytes = {std::byte{0}};
+    image.changed = image.valid = image.known = {0};
+    const dds::Source source{.gateway = "gw", .line = "press", .incarnation = 1};
+    to.on_image(source, image);
+    to.on_node(source, {}, {.node = 1, .presence = line::Presence::missing}, {});
+  });
+  client.poll(0ms);
+  EXPECT_EQ(line.read("ram.In").quality, Quality::node_missing);
+  world->samples.emplace_back([](dds::ClientListener& to) {
+    to.on_node_gone("gw", "press", 1);
+    to.on_node_gone("gw", "never received", 1);
+  });
+  client.poll(0ms);
+  EXPECT_EQ(line.read("ram.In").quality, Quality::not_received);
+}
+
 TEST_F(ClientCore, ACallWithoutItsLineTimesOut) {
   Call call = line.sdo_read(1, 0x1000, 0, {.timeout = 2s});
   EXPECT_FALSE(call.wait());

@@ -56,7 +56,7 @@ class Output : public Client {
     listener.on_image(test::kPress, image);
     listener.on_event(test::kPress, test::event(EventKind::output_refused, 6, 0, "an older one"));
     if (takes && !writes.empty()) {
-      OutputStateView view_of_group;
+      OutputStateView view_of_group{.incarnation = incarnation};
       view_of_group.state.group = writes.back().group;
       view_of_group.state.arming = owner.empty() ? writes.back().arming : 1;
       view_of_group.state.owner = owner;

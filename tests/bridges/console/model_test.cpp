@@ -97,6 +97,57 @@ TEST(Model, AnImageFromBeforeARestartIsNotReadThroughOtherNames) {
   EXPECT_TRUE(area.valid(1)) << "nothing has changed since";
 }
 
+TEST(Model, NodesAndGroupsOfAnEarlierIncarnationAreGone) {
+  Model model;
+  LineView view = line_view(3);
+  view.incarnation = 1;
+  model.on_line(kPressId, view);
+  model.on_node(kPressId, {.state = {.node = 5}, .incarnation = 1});
+  model.on_node(kPressId, {.state = {.node = 7}, .incarnation = 1});
+  model.on_output_state(kPressId, {.state = {.group = 2}, .incarnation = 1});
+  const Line& line = model.lines().at(kPressId);
+  model.on_line(kPressId, view);
+  EXPECT_EQ(line.nodes.size(), 2U);
+  EXPECT_EQ(line.groups.size(), 1U);
+  model.on_node(kPressId, {.state = {.node = 5}, .incarnation = 2});  // before its LineState
+  view.incarnation = 2;
+  model.on_line(kPressId, view);
+  ASSERT_EQ(line.nodes.size(), 1U);
+  EXPECT_TRUE(line.nodes.contains(5));
+  EXPECT_TRUE(line.groups.empty());
+}
+
+// Each of them publishes its LineState every second, and a NodeState only when it changes.
+TEST(Model, OfTwoGatewaysWithOneNameAllNodesRemain) {
+  Model model;
+  LineView view = line_view(3);
+  view.properties = {{"namesakes", "1"}};
+  view.incarnation = 1;
+  model.on_line(kPressId, view);
+  model.on_node(kPressId, {.state = {.node = 5}, .incarnation = 1});
+  view.incarnation = 2;
+  model.on_line(kPressId, view);
+  EXPECT_TRUE(model.lines().at(kPressId).nodes.contains(5));
+}
+
+TEST(Model, ANodeOrGroupThatItsGatewayRemovedIsGone) {
+  Model model;
+  model.on_line(kPressId, line_view(3));
+  model.on_node(kPressId, {.state = {.node = 5}});
+  model.on_node(kPressId, {.state = {.node = 7}});
+  model.on_output_state(kPressId, {.state = {.group = 2}});
+  const Line& line = model.lines().at(kPressId);
+  const std::uint64_t before = model.revision();
+  model.on_node_gone(kPressId, 7);
+  EXPECT_GT(model.revision(), before) << "the monitor draws again";
+  EXPECT_EQ(line.nodes.size(), 1U);
+  EXPECT_TRUE(line.nodes.contains(5));
+  model.on_output_state_gone(kPressId, 2);
+  EXPECT_TRUE(line.groups.empty());
+  model.on_node_gone({"plant", "never received"}, 5);
+  EXPECT_EQ(model.lines().size(), 1U);
+}
+
 TEST(Model, IsBoundedWhateverNamesStrangersPublish) {
   Model model;
   for (std::size_t i = 0; i < Model::kMaxLines + 10; ++i) {
