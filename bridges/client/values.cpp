@@ -324,8 +324,14 @@ std::string text_of(const Data& data) {
     std::string operator()(std::int64_t value) const { return std::to_string(value); }
     std::string operator()(std::uint64_t value) const { return std::to_string(value); }
     std::string operator()(double value) const {
-      std::array<char, 32> digits{};
-      const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+      // As the console: 100000 rather than 1e+05.
+      const double size = std::abs(value);
+      const bool plain = value == 0 || (size >= 1e-4 && size < 1e16);
+      std::array<char, 64> digits{};
+      const auto end =
+          std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                        plain ? std::chars_format::fixed : std::chars_format::scientific)
+              .ptr;
       return {digits.data(), end};
     }
     std::string operator()(const std::string& value) const { return value; }

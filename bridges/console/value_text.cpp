@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "bridges/console/table.h"
@@ -18,10 +19,18 @@
 namespace linegate::console {
 namespace {
 
-std::string number_text(double value) {
-  std::array<char, 32> digits;
-  std::snprintf(digits.data(), digits.size(), "%.9g", value);
-  return digits.data();
+// The fewest digits that give the same value of this type. Without an exponent where all digits of
+// the integer part are significant.
+template <class Real>
+std::string number_text(Real value) {
+  constexpr Real kEnd = std::is_same_v<Real, float> ? Real{1e9} : static_cast<Real>(1e16);
+  const Real size = std::abs(value);
+  const bool plain = value == 0 || (size >= static_cast<Real>(1e-4) && size < kEnd);
+  std::array<char, 64> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                 plain ? std::chars_format::fixed : std::chars_format::scientific)
+                       .ptr;
+  return {digits.data(), end};
 }
 
 std::string string_text(std::span<const std::byte> value) {
@@ -82,7 +91,10 @@ std::optional<std::vector<std::byte>> real(od::DataType type, std::string_view t
     if (std::isfinite(value) && std::abs(value) > std::numeric_limits<float>::max()) {
       return std::nullopt;
     }
-    return little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
+    // Directly: by way of a double it may be rounded twice. Without a result it is below the least.
+    auto number = static_cast<float>(value);
+    std::from_chars(text.data(), text.data() + text.size(), number);
+    return little_endian(std::bit_cast<std::uint32_t>(number), 4);
   }
   return little_endian(std::bit_cast<std::uint64_t>(value), 8);
 }

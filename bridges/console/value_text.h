@@ -18,8 +18,9 @@ namespace linegate::console {
 // "0A3F": hexadecimal, with at least `digits` digits, up to 8.
 std::string hex_digits(std::uint32_t value, int digits);
 
-// "4660", "-3", "1.5", "true", "\"text\"", "12 34 AB" (bytes in transmission order). Values whose
-// length does not fit the type are printed as bytes.
+// "4660", "-3", "1.5", "true", "\"text\"", "12 34 AB" (bytes in transmission order). Reals have the
+// fewest digits with which from_text() gives the same value. Values whose length does not fit the
+// type are printed as bytes.
 std::string to_text(od::DataType type, std::span<const std::byte> value);
 
 // The numeric value: integers, finite reals, booleans as 0 and 1. Nothing for other types.

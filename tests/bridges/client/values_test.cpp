@@ -154,6 +154,16 @@ TEST(ClientValues, AScaledValueIsADoubleInItsUnit) {
   EXPECT_EQ(out, bytes({0x08, 2}));
 }
 
+TEST(ClientValues, ANumberHasTheDigitsThatItNeeds) {
+  EXPECT_EQ(text_of(123456789012.5), "123456789012.5");
+  EXPECT_EQ(text_of(100'000.0), "100000");
+  EXPECT_EQ(text_of(0.0), "0");
+  EXPECT_EQ(text_of(0.0001), "0.0001");
+  EXPECT_EQ(text_of(0.00001), "1e-05");
+  EXPECT_EQ(text_of(1e16), "1e+16");
+  EXPECT_EQ(text_of(-std::numeric_limits<double>::infinity()), "-inf");
+}
+
 TEST(ClientValues, LimitsHoldWithoutScaling) {
   image::Entry entry;
   entry.type = DataType::integer8;

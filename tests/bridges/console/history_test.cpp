@@ -3,11 +3,14 @@
 #include "bridges/console/history.h"
 
 #include <algorithm>
+#include <bit>
 #include <map>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
+
+#include "bridges/console/history_values.h"
 
 #include "tests/bridges/console/command_test.h"
 #include "tests/bridges/console/plant.h"
@@ -299,6 +302,21 @@ TEST_F(HistoryOverDds, PrintsValuesAsCsvAndJson) {
                 R"("node":5,"entry":"inlet.\"Hot, or not\"","type":"INTEGER16","valid":true,)"
                 R"("value":-123})"));
   EXPECT_THAT(out_.str(), HasSubstr(R"("valid":false,"value":null})"));
+}
+
+TEST(HistoryValues, HaveAllDigitsOfTheirType) {
+  request::JournalValue value{.series = {.line = "press",
+                                         .type = static_cast<std::uint16_t>(od::DataType::real64),
+                                         .bits = 64,
+                                         .name = "meter.Energy"},
+                              .value = std::bit_cast<std::uint64_t>(123456789012.5)};
+  EXPECT_THAT(value_history_csv(value, "a"), HasSubstr(",meter.Energy,123456789012.5,"));
+  EXPECT_THAT(value_history_json(value, "a"), HasSubstr(R"("value":123456789012.5)"));
+  EXPECT_THAT(value_history_text(value, "a", true), HasSubstr("meter.Energy: 123456789012.5"));
+  value.series.type = static_cast<std::uint16_t>(od::DataType::real32);
+  value.series.bits = 32;
+  value.value = std::bit_cast<std::uint32_t>(0.1F);
+  EXPECT_THAT(value_history_csv(value, "a"), HasSubstr(",meter.Energy,0.1,"));
 }
 
 TEST_F(HistoryOverDds, AnEntryWithoutValuesIsReportedUnlessAnotherGatewayHasSome) {

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridges/console/value_text.h"
 
+#include <bit>
+#include <cmath>
+#include <limits>
+
 #include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
 
 namespace linegate::console {
 namespace {
@@ -27,6 +33,57 @@ TEST(ValueText, ByType) {
   EXPECT_EQ(to_text(DataType::visible_string, bytes({'a', '"', 7})), "\"a\\\".\"");
   EXPECT_EQ(to_text(DataType::octet_string, bytes({1, 0xAB})), "01 AB");
   EXPECT_EQ(to_text(DataType::unsigned16, bytes({1, 2, 3})), "01 02 03") << "length does not fit";
+}
+
+template <class Bits>
+std::vector<std::byte> bits_of(Bits bits) {
+  std::vector<std::byte> out(sizeof(bits));
+  store_le(std::span(out), bits);
+  return out;
+}
+
+std::string text_of(double value) {
+  return to_text(DataType::real64, bits_of(std::bit_cast<std::uint64_t>(value)));
+}
+
+std::string text_of(float value) {
+  return to_text(DataType::real32, bits_of(std::bit_cast<std::uint32_t>(value)));
+}
+
+TEST(ValueText, RealsHaveTheDigitsOfTheirType) {
+  EXPECT_EQ(text_of(123456789012.5), "123456789012.5");
+  EXPECT_EQ(text_of(0.1), "0.1");
+  EXPECT_EQ(text_of(0.1F), "0.1");
+  EXPECT_EQ(text_of(static_cast<double>(0.1F)), "0.10000000149011612");
+  EXPECT_EQ(text_of(100'000.0), "100000");
+  EXPECT_EQ(text_of(-0.0), "-0");
+  EXPECT_EQ(text_of(0.0001), "0.0001");
+  EXPECT_EQ(text_of(0.00001), "1e-05");
+  EXPECT_EQ(text_of(9'007'199'254'740'992.0), "9007199254740992");
+  EXPECT_EQ(text_of(1e16), "1e+16");
+  EXPECT_EQ(text_of(16'777'216.0F), "16777216");
+  EXPECT_EQ(text_of(1e9F), "1e+09");
+  EXPECT_EQ(text_of(std::numeric_limits<double>::infinity()), "inf");
+  EXPECT_EQ(text_of(std::numeric_limits<float>::quiet_NaN()), "nan");
+  const image::Entry energy{.bit_length = 64, .type = DataType::real64, .name = "meter.Energy"};
+  EXPECT_EQ(to_text(energy, bits_of(std::bit_cast<std::uint64_t>(123456789012.5))),
+            "123456789012.5");
+}
+
+TEST(ValueText, RealsThereAndBack) {
+  for (std::uint64_t i = 0; i < 20'000; ++i) {
+    const std::uint64_t any = i * 0x9E37'79B9'7F4A'7C15U;  // spread over all bits
+    const auto wide = bits_of(any);
+    if (std::isfinite(std::bit_cast<double>(any))) {
+      ASSERT_EQ(from_text(DataType::real64, to_text(DataType::real64, wide)), wide) << any;
+    }
+    const auto half = static_cast<std::uint32_t>(any >> 32U);
+    const auto narrow = bits_of(half);
+    if (std::isfinite(std::bit_cast<float>(half))) {
+      ASSERT_EQ(from_text(DataType::real32, to_text(DataType::real32, narrow)), narrow) << half;
+    }
+  }
+  EXPECT_EQ(from_text(DataType::real32, "1e-60"), bytes({0, 0, 0, 0}));
 }
 
 TEST(ValueText, ATypedValueIsInTheUnitOfTheEntry) {
