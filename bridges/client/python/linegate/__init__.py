@@ -23,9 +23,11 @@ import enum
 import numbers
 import operator
 import os
+import threading
+import time
 import weakref
 from collections import deque
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, AsyncIterator, Callable, Generator, Mapping, Optional, Sequence, Union
@@ -400,23 +402,33 @@ class EventReader(Subscription):
             event = _event(of.contents)
             if call_back is not None:
                 self._waiting.append(event)
-                client._due.append((alive, lambda: call_back(self._waiting.popleft())))
+                client._due.append((alive, lambda: self._pass(call_back)))
             elif self._late or len(self._waiting) >= _MOST_WAITING:
                 self._late = True
                 if event.stream and event.number:
                     self._dropped.setdefault(*_place_before(event))
             else:
                 self._waiting.append(event)
-        callback = c.ON_EVENT(happened)
+        callback = c.ON_EVENT(client._kept(happened))
         start = None if after is None else _encoded(after, "a position")
         super().__init__(client, _checked(_lib.linegate_follow_events(client._handle, start, callback, None)), callback,
                          alive)
         client._readers.add(self)
 
+    def _pass(self, call_back: Callable[[Event], None]) -> None:
+        event = self._waiting[0]
+        del self._waiting[0]  # after popleft() Python may run a signal handler before the event is stored
+        try:
+            call_back(event)
+        except (KeyboardInterrupt, SystemExit):
+            self._waiting.appendleft(event)
+            raise
+
     @property
     def position(self) -> str:
         """Where the application is, the event that it has last included: a text to be stored. With it as `after` the
-        next event follows, whatever became of the application and the gateways meanwhile."""
+        next event follows, whatever became of the application and the gateways meanwhile. An event whose call-back
+        KeyboardInterrupt or SystemExit ended is not included."""
         if not self._alive:
             return self._end
         size = _checked(_lib.linegate_event_position(self._client._handle, self._number, None, 0))
@@ -496,7 +508,8 @@ class Call:
         """Polls until it is done, without an event loop. Returns the data of the reply; raises CallError."""
         self._client._forbid_loop()
         self._client._free()
-        _lib.linegate_call_wait(self._client._handle, self._number)
+        while self._result().outcome == Outcome.PENDING:
+            _checked(self._client._poll(_lib.linegate_poll, _POLL_MS))
         return self._data()
 
     def __await__(self) -> Generator[Any, None, bytes]:
@@ -595,7 +608,7 @@ class Group:
 
         def changed(_user: Any, _group: int, _state: int) -> None:
             self._client._due.append((alive, lambda: call_back(self)))
-        callback = c.ON_GROUP(changed)
+        callback = c.ON_GROUP(self._client._kept(changed))
         return Subscription(self._client, _checked(_lib.linegate_subscribe_group(
             self._client._handle, self._number, callback, None)), callback, alive)
 
@@ -617,8 +630,12 @@ class Line:
     def wait(self, timeout: float) -> bool:
         """Polls until it is ready, at most for that time, without an event loop. Returns whether it is."""
         self._client._forbid_loop()
-        result = _lib.linegate_line_wait(self._client._handle, self._number, _milliseconds(timeout))
-        return result != -9 and _checked(result) == 0
+        end = time.monotonic() + _milliseconds(timeout) / 1000
+        while True:
+            left = max(0, round((end - time.monotonic()) * 1000))
+            result = self._client._poll(_lib.linegate_line_wait, self._number, min(left, _POLL_MS))
+            if result != -9 or left <= _POLL_MS:
+                return result != -9 and _checked(result) == 0
 
     async def ready(self) -> None:
         """Waits until it is ready."""
@@ -656,7 +673,7 @@ class Line:
         def changed(_user: Any, values: Any, _count: int, image: Any) -> None:
             now = _snapshot(names, values, image.contents)
             self._client._due.append((alive, lambda: call_back(now)))
-        callback = c.ON_VALUES(changed)
+        callback = c.ON_VALUES(self._client._kept(changed))
         return Subscription(self._client, _checked(_lib.linegate_subscribe(
             self._client._handle, self._number, _names(names), len(names), callback, None)), callback, alive)
 
@@ -739,6 +756,8 @@ class Client:
         self._waiting: list[tuple[Callable[[], bool], asyncio.Future[None]]] = []  # checked after each poll of the task
         self._ending = False
         self._delivering = 0  # call-backs that run
+        self._failed: deque[BaseException] = deque()  # what functions that the library called raised
+        self._thread: Optional[ThreadPoolExecutor] = None  # of polls of the main thread
         self._handle: Optional[int] = None
         self._closed = ctypes.c_char()  # no client has its address
         error = ctypes.create_string_buffer(1024)
@@ -766,6 +785,8 @@ class Client:
         if self._handle != closed:
             _checked(_lib.linegate_close(self._handle))
         self._at_end.detach()
+        if self._thread is not None:
+            self._thread.shutdown()
         self._handle = closed  # the address of the client may be that of another one later
         self._callbacks.clear()
         self._due.clear()
@@ -779,9 +800,11 @@ class Client:
 
     def poll(self, timeout: float = 0.1) -> None:
         """Receives samples, calls call-backs, and writes held outputs, without an event loop. Returns when something
-        was received, or the time has passed; may return early. Call it at least every 100 ms while outputs are held."""
+        was received, or the time has passed; may return early. Call it at least every 100 ms while outputs are held.
+        What a call-back raises ends it; the next one continues. A call-back that KeyboardInterrupt or SystemExit ended,
+        as of a signal handler, is called again."""
         self._forbid_loop()
-        _checked(_lib.linegate_poll(self._handle, _milliseconds(timeout)))
+        _checked(self._poll(_lib.linegate_poll, _milliseconds(timeout)))
         self._free()
         while self._due:
             self._deliver()
@@ -800,7 +823,7 @@ class Client:
         def changed(_user: Any, gateway: bytes, line: bytes, status: int, restarted: int, layout: int) -> None:
             change = LineChange(_text(gateway), _text(line), LineStatus(status), bool(restarted), bool(layout))
             self._due.append((alive, lambda: call_back(change)))
-        callback = c.ON_LINE(changed)
+        callback = c.ON_LINE(self._kept(changed))
         return Subscription(self, _checked(_lib.linegate_subscribe_lines(self._handle, callback, None)), callback, alive)
 
     async def lines(self) -> AsyncIterator[LineChange]:
@@ -815,7 +838,7 @@ class Client:
         def happened(_user: Any, of: Any) -> None:
             event = _event(of.contents)
             self._due.append((alive, lambda: call_back(event)))
-        callback = c.ON_EVENT(happened)
+        callback = c.ON_EVENT(self._kept(happened))
         number = _checked(_lib.linegate_subscribe_events(self._handle, callback, None))
         return Subscription(self, number, callback, alive)
 
@@ -859,6 +882,9 @@ class Client:
                 while not self._ending:
                     polled = await loop.run_in_executor(thread, _lib.linegate_poll, self._handle, _POLL_MS)
                     self._free()
+                    while self._failed:
+                        loop.call_exception_handler({"message": "a sample was not passed on by linegate",
+                                                     "exception": self._failed.popleft()})
                     while self._due:
                         try:
                             self._deliver()
@@ -921,14 +947,53 @@ class Client:
 
     def _deliver(self) -> None:
         """The oldest of the call-backs that are due, if it is still wanted."""
-        alive, call_back = self._due.popleft()
-        if not alive:
+        due = self._due[0]
+        del self._due[0]  # after popleft() Python may run a signal handler before it is stored
+        if not due[0]:
             return
         self._delivering += 1
         try:
-            call_back()
+            due[1]()
+        except (KeyboardInterrupt, SystemExit):
+            self._due.appendleft(due)
+            raise
         finally:
             self._delivering -= 1
+
+    def _kept(self, function: Callable[..., None]) -> Callable[..., None]:
+        """A function that the library calls. What it raises is kept for _poll(), because ctypes prints and drops it; and it
+        is called a second time, because the library counts the event as passed on."""
+        def call(*arguments: Any) -> None:
+            try:
+                function(*arguments)
+            except BaseException as failed:  # pylint: disable=broad-except
+                self._failed.append(failed)
+                try:
+                    function(*arguments)
+                except BaseException:  # pylint: disable=broad-except
+                    pass  # the first one is reported
+        return call
+
+    def _poll(self, function: Callable[..., int], *arguments: Any) -> int:
+        """A function of the library that calls back. Python runs signal handlers in the main thread, before the first
+        instruction of any function: what they raise there would be dropped by ctypes, together with the event. Hence
+        another thread calls it."""
+        polled: Optional[Future[int]] = None
+        if threading.current_thread() is threading.main_thread() and self._at_end.alive:
+            if self._thread is None:
+                self._thread = ThreadPoolExecutor(1, "linegate")
+            try:
+                polled = self._thread.submit(function, self._handle, *arguments)
+            except RuntimeError:
+                pass  # Python ends, and starts no thread any more
+        try:
+            result = function(self._handle, *arguments) if polled is None else polled.result()
+        finally:
+            if polled is not None and not polled.done():
+                _lib.linegate_wake(self._handle)
+        if self._failed:
+            raise self._failed.popleft()
+        return result
 
     def _free(self) -> None:
         while self._unused:

@@ -1,0 +1,159 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The Python module of the client library over a library of its own, without a gateway: what becomes of exceptions that
+come while the library calls back.
+
+client_module.py CC.
+"""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+sys.path[:0] = [os.path.join(ROOT, "bridges", "client", "python"), os.path.join(ROOT, "tests", "gateway", "cli")]
+from plant_process import expect, raised  # noqa: E402 pylint: disable=wrong-import-position
+
+
+class Functions:
+    """Of which each exists."""
+
+    def __getattr__(self, name):
+        return lambda *arguments: 1
+
+
+LOAD, ctypes.CDLL = ctypes.CDLL, lambda name: Functions()
+import linegate  # noqa: E402 pylint: disable=wrong-import-position
+from linegate import _library as c  # noqa: E402 pylint: disable=wrong-import-position
+ctypes.CDLL = LOAD
+
+# Python then runs the handler of the signal at the first instruction of the call-back, if that is in the main thread.
+SOURCE = """
+#include <signal.h>
+void report(void (*call_back)(void*, const void*), const void* event, int with_signal) {
+  if (with_signal)
+    raise(SIGINT);
+  call_back(0, event);
+}
+"""
+
+
+class Library(Functions):
+    """With what a client needs that follows events. Each poll reports one event."""
+
+    def __init__(self, helper):
+        self.report = helper.report
+        self.report.argtypes, self.report.restype = [c.ON_EVENT, ctypes.POINTER(c.Event), ctypes.c_int], None
+        self.number = 0
+        self.call_back = None
+        self.with_signal = False
+
+    def linegate_follow_events(self, _client, _start, call_back, _user):
+        self.call_back = call_back
+        return 5
+
+    def linegate_event_position(self, _client, _number, buffer, _size):
+        text = f"9:{self.number}:gw/press".encode()
+        if buffer is not None:
+            buffer.value = text
+        return len(text)
+
+    def linegate_poll(self, _client, _timeout):
+        self.number += 1
+        event = c.Event(gateway=b"gw", line=b"press", number=self.number, stream=9)
+        self.report(self.call_back, event, int(self.with_signal))
+        return 0
+
+
+def a_signal_loses_no_event(library):
+    seen = []
+    with linegate.Client() as client:
+        reader = client.follow_events(lambda event: seen.append(event.number))
+        client.poll()
+        expect("an event", (seen, reader.position), ([1], "9:1:gw/press"))
+        library.with_signal = True
+        raised(KeyboardInterrupt, client.poll)
+        library.with_signal = False
+        expect("the position", reader.position, f"9:{seen[-1]}:gw/press")
+        client.poll()
+        expect("events", (seen, reader.position), ([1, 2, 3], "9:3:gw/press"))
+
+
+def what_a_conversion_raises_is_raised_by_poll(_library):
+    """As if the memory had ended."""
+    seen, convert, failures = [], linegate._event, [MemoryError()]  # pylint: disable=protected-access
+
+    def failing(of):
+        if failures:
+            raise failures.pop()
+        return convert(of)
+    with linegate.Client() as client:
+        reader = client.follow_events(seen.append)
+        linegate._event = failing  # pylint: disable=protected-access
+        try:
+            raised(MemoryError, client.poll)
+        finally:
+            linegate._event = convert  # pylint: disable=protected-access
+        expect("not passed on yet", seen, [])
+        client.poll()
+        expect("numbers", [event.number for event in seen], [1, 2])
+        expect("the position", reader.position, "9:2:gw/press")
+
+
+def a_call_back_that_is_interrupted_is_called_again(_library):
+    seen = []
+
+    def interrupted(event):
+        seen.append(event.number)
+        if len(seen) == 1:
+            signal.raise_signal(signal.SIGINT)
+    with linegate.Client() as client:
+        reader = client.follow_events(interrupted)
+        raised(KeyboardInterrupt, client.poll)
+        expect("the position", reader.position, "9:0:gw/press")
+        client.poll()
+        expect("numbers", seen, [1, 1, 2])
+
+        def wrong(event):
+            raise IndexError(event.number)
+        reader.cancel()
+        client.follow_events(wrong)
+        raised(IndexError, client.poll)
+
+
+def functions_at_the_end_of_python_may_poll(_library):
+    """As those of atexit."""
+    program = (f"import atexit, sys; sys.argv = ['', {sys.argv[1]!r}, 'at the end']; sys.path.insert(0, {os.path.dirname(__file__)!r})\n"
+               "import client_module\n"
+               "atexit.register(client_module.main, *sys.argv[1:])")
+    done = subprocess.run([sys.executable, "-B", "-c", program], capture_output=True, text=True, check=False)
+    expect("a program that polls at its end", (done.returncode, done.stderr), (0, ""))
+
+
+def polls_pass_events_on(_library):
+    seen = []
+    with linegate.Client() as client:
+        client.follow_events(lambda event: seen.append(event.number))
+        client.poll()
+        expect("events", seen, [1])
+
+
+TESTS = (functions_at_the_end_of_python_may_poll, a_signal_loses_no_event, what_a_conversion_raises_is_raised_by_poll,
+         a_call_back_that_is_interrupted_is_called_again)
+
+
+def main(compiler, *at_the_end):
+    with tempfile.TemporaryDirectory() as folder:
+        library_file = os.path.join(folder, "helper.so")
+        subprocess.run([compiler, "-x", "c", "-shared", "-fPIC", "-o", library_file, "-"], input=SOURCE, text=True, check=True)
+        helper = ctypes.CDLL(library_file)
+    for test in (polls_pass_events_on,) if at_the_end else TESTS:
+        linegate._lib = Library(helper)  # pylint: disable=protected-access
+        test(linegate._lib)  # pylint: disable=protected-access
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
