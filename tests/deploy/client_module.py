@@ -1,17 +1,19 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The Python module of the client library over a library of its own, without a gateway: what becomes of exceptions that
-come while the library calls back.
+come while the library calls back, and of consumers that are late.
 
 client_module.py CC.
 """
 
+import asyncio
 import ctypes
 import os
 import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 sys.path[:0] = [os.path.join(ROOT, "bridges", "client", "python"), os.path.join(ROOT, "tests", "gateway", "cli")]
@@ -48,12 +50,21 @@ class Library(Functions):
         self.report = helper.report
         self.report.argtypes, self.report.restype = [c.ON_EVENT, ctypes.POINTER(c.Event), ctypes.c_int], None
         self.number = 0
-        self.call_back = None
+        self.call_back = self.on_values = self.on_line = None
+        self.polls = -1  # that report something; -1: all
         self.with_signal = False
 
     def linegate_follow_events(self, _client, _start, call_back, _user):
         self.call_back = call_back
         return 5
+
+    def linegate_subscribe(self, _client, _line, _names, _count, call_back, _user):
+        self.on_values = call_back
+        return 6
+
+    def linegate_subscribe_lines(self, _client, call_back, _user):
+        self.on_line = call_back
+        return 7
 
     def linegate_event_position(self, _client, _number, buffer, _size):
         text = f"9:{self.number}:gw/press".encode()
@@ -62,7 +73,17 @@ class Library(Functions):
         return len(text)
 
     def linegate_poll(self, _client, _timeout):
+        time.sleep(0.001)  # as long as an event loop needs for a turn
+        if self.polls == 0 or (self.polls > 0 and not (self.on_values and self.on_line)):
+            return 0
+        self.polls -= 1
         self.number += 1
+        if self.on_values:
+            self.on_values(None, (c.Value * 1)(), 1, c.Image(sequence=self.number, lost=2))
+        if self.on_line:
+            self.on_line(None, b"gw", str(self.number).encode(), 1, 0, 0)
+        if self.call_back is None:
+            return 0
         event = c.Event(gateway=b"gw", line=b"press", number=self.number, stream=9)
         self.report(self.call_back, event, int(self.with_signal))
         return 0
@@ -124,6 +145,34 @@ def a_call_back_that_is_interrupted_is_called_again(_library):
         raised(IndexError, client.poll)
 
 
+async def is_late(client, library):
+    """Until the library has reported four times."""
+    while library.polls != 0:
+        await asyncio.sleep(0.001)
+    await client._turn()  # pylint: disable=protected-access
+
+
+def late_consumers_are_informed(library):
+    library.polls = 1
+
+    async def use():
+        async with linegate.Client() as client:
+            values, changes = client.line("press").changes("ram.In"), client.lines()
+            await asyncio.gather(anext(values), anext(changes))
+            library.polls = 4
+            await is_late(client, library)
+            expect("values", [(one.sequence, one.lost) for one in [await anext(values), await anext(values)]],
+                   [(4, 8), (5, 2)])
+            expect("changes", [(await anext(changes)).line for _ in range(2)], ["2", "3"])
+            return (await asyncio.gather(anext(changes), return_exceptions=True))[0]
+    most, linegate._MOST_WAITING = linegate._MOST_WAITING, 2  # pylint: disable=protected-access
+    try:
+        error = asyncio.run(asyncio.wait_for(use(), 30))
+    finally:
+        linegate._MOST_WAITING = most  # pylint: disable=protected-access
+    expect("the error", (type(error), getattr(error, "code", 0)), (linegate.Error, -7))
+
+
 def functions_at_the_end_of_python_may_poll(_library):
     """As those of atexit."""
     program = (f"import atexit, sys; sys.argv = ['', {sys.argv[1]!r}, 'at the end']; sys.path.insert(0, {os.path.dirname(__file__)!r})\n"
@@ -142,7 +191,7 @@ def polls_pass_events_on(_library):
 
 
 TESTS = (functions_at_the_end_of_python_may_poll, a_signal_loses_no_event, what_a_conversion_raises_is_raised_by_poll,
-         a_call_back_that_is_interrupted_is_called_again)
+         a_call_back_that_is_interrupted_is_called_again, late_consumers_are_informed)
 
 
 def main(compiler, *at_the_end):

@@ -28,7 +28,7 @@ import time
 import weakref
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Any, AsyncIterator, Callable, Generator, Mapping, Optional, Sequence, Union
 from urllib.parse import quote
@@ -163,7 +163,8 @@ class Snapshot:
     values: Sequence[Value]
     time: int  # of the newest image
     sequence: int  # of that image
-    lost: int  # call-backs: images that this client did not receive since the last one
+    # Call-backs: images that this client did not receive since the last one, and items of changes() that were left out.
+    lost: int
 
     @property
     def good(self) -> bool:
@@ -363,6 +364,11 @@ def _value(name: str, value: c.Value) -> Value:
 def _snapshot(names: Sequence[str], values: Any, image: c.Image) -> Snapshot:
     return Snapshot(tuple(_value(name, values[i]) for i, name in enumerate(names)), image.time, image.sequence,
                     image.lost)
+
+
+def _with_lost(dropped: Snapshot, following: Snapshot) -> Snapshot:
+    """The following one, which counts the dropped one."""
+    return replace(following, lost=following.lost + dropped.lost + 1)
 
 
 def _close_forgotten(handle: int, process: int) -> None:
@@ -678,8 +684,9 @@ class Line:
             self._client._handle, self._number, _names(names), len(names), callback, None)), callback, alive)
 
     async def changes(self, *names: str) -> AsyncIterator[Snapshot]:
-        """What on_change() calls back with, as a stream."""
-        async for snapshot in self._client._stream(lambda put: self.on_change(names, put)):
+        """What on_change() calls back with, as a stream. A consumer that is late by more than 10,000 items misses the
+        oldest: the next one counts them in `lost`."""
+        async for snapshot in self._client._stream(lambda put: self.on_change(names, put), _with_lost):
             yield snapshot
 
     def group(self, name: str = "", *, watchdog: float = 1.0, reactions: int = 1) -> Group:
@@ -827,7 +834,8 @@ class Client:
         return Subscription(self, _checked(_lib.linegate_subscribe_lines(self._handle, callback, None)), callback, alive)
 
     async def lines(self) -> AsyncIterator[LineChange]:
-        """What on_line() calls back with, as a stream."""
+        """What on_line() calls back with, as a stream. Raises Error when the application was late by more than 10,000
+        changes, after those: a new stream begins with the present state of each line."""
         async for change in self._stream(self.on_line):
             yield change
 
@@ -930,13 +938,27 @@ class Client:
         if not condition():
             await self._after_poll(condition)
 
-    async def _stream(self, subscribe: Callable[[Callable[[Any], None]], Subscription]) -> AsyncIterator[Any]:
-        """A consumer that is late by more than 10,000 items loses the oldest."""
-        items: deque[Any] = deque(maxlen=_MOST_WAITING)
-        subscription = subscribe(items.append)
+    async def _stream(self, subscribe: Callable[[Callable[[Any], None]], Subscription],
+                      merge: Optional[Callable[[Any, Any], Any]] = None) -> AsyncIterator[Any]:
+        """merge: makes one item of the oldest two, for a consumer that is late; without it, that is an error."""
+        items: deque[Any] = deque()
+        late = False
+
+        def put(item: Any) -> None:
+            nonlocal late
+            late = late or (merge is None and len(items) >= _MOST_WAITING)
+            if late:
+                return
+            items.append(item)
+            if merge is not None and len(items) > _MOST_WAITING:
+                oldest = items.popleft()
+                items[0] = merge(oldest, items[0])
+        subscription = subscribe(put)
         try:
             while True:
-                await self._until(lambda: bool(items))
+                await self._until(lambda: bool(items) or late)
+                if not items:
+                    raise Error(-7, "more than 10,000 items waited: begin a new stream")
                 yield items.popleft()
         finally:
             subscription.cancel()
