@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """The Python module of the client library over a library of its own, without a gateway: what becomes of exceptions that
-come while the library calls back, and of consumers that are late.
+come while the library calls back, of consumers that are late, and of calls
+of several threads.
 
 client_module.py CC.
 """
@@ -13,6 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
@@ -51,6 +53,7 @@ class Library(Functions):
         self.report.argtypes, self.report.restype = [c.ON_EVENT, ctypes.POINTER(c.Event), ctypes.c_int], None
         self.number = 0
         self.call_back = self.on_values = self.on_line = None
+        self.attempts, self.calls, self.meanwhile = 1, [], None
         self.polls = -1  # that report something; -1: all
         self.with_signal = False
 
@@ -65,6 +68,18 @@ class Library(Functions):
     def linegate_subscribe_lines(self, _client, call_back, _user):
         self.on_line = call_back
         return 7
+
+    def linegate_set_attempts(self, _client, _line, attempts):
+        self.attempts = attempts
+        if self.meanwhile:
+            self.meanwhile.start()
+            self.meanwhile.join(0.2)  # it may have to wait
+            self.meanwhile = None
+        return 0
+
+    def linegate_sdo_read(self, _client, _line, node, *_arguments):
+        self.calls.append((node, self.attempts))
+        return len(self.calls)
 
     def linegate_event_position(self, _client, _number, buffer, _size):
         text = f"9:{self.number}:gw/press".encode()
@@ -173,6 +188,17 @@ def late_consumers_are_informed(library):
     expect("the error", (type(error), getattr(error, "code", 0)), (linegate.Error, -7))
 
 
+def calls_of_several_threads_have_their_own_attempts(library):
+    with linegate.Client() as client:
+        press = client.line("press")
+        press.sdo_read(1, 0x1018, attempts=0)
+        other = library.meanwhile = threading.Thread(target=press.sdo_read, args=(2, 0x1018))
+        press.sdo_read(3, 0x1018, attempts=5)
+        other.join()
+        press.sdo_read(4, 0x1018, attempts=2)
+        expect("attempts by node", sorted(library.calls), [(1, 1), (2, 1), (3, 5), (4, 2)])
+
+
 def functions_at_the_end_of_python_may_poll(_library):
     """As those of atexit."""
     program = (f"import atexit, sys; sys.argv = ['', {sys.argv[1]!r}, 'at the end']; sys.path.insert(0, {os.path.dirname(__file__)!r})\n"
@@ -191,7 +217,7 @@ def polls_pass_events_on(_library):
 
 
 TESTS = (functions_at_the_end_of_python_may_poll, a_signal_loses_no_event, what_a_conversion_raises_is_raised_by_poll,
-         a_call_back_that_is_interrupted_is_called_again, late_consumers_are_informed)
+         a_call_back_that_is_interrupted_is_called_again, late_consumers_are_informed, calls_of_several_threads_have_their_own_attempts)
 
 
 def main(compiler, *at_the_end):

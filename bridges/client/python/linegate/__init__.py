@@ -271,6 +271,11 @@ def _whole(name: str, value: int) -> int:
     return number
 
 
+def _attempts(value: int) -> int:
+    """0 and 1 are the same; in the library 0 would be the number of an earlier call."""
+    return max(1, _whole("attempts", value))
+
+
 def _index(name: str, value: Any, wanted: str = "an integer") -> int:
     try:
         return operator.index(value)
@@ -626,6 +631,8 @@ class Line:
         self.name = name
         self._client = client
         self._groups: dict[tuple[str, int, int], Group] = {}
+        self._beginning = threading.RLock()  # of a call: also a signal handler may begin one meanwhile
+        self._attempts: Optional[int] = None  # of the calls of the line in the library; None: not known
         self._number = _checked(_lib.linegate_line(client._handle, _encoded(name)))
 
     @property
@@ -706,7 +713,7 @@ class Line:
         0000h. After that abort a write may have been carried out, so it is not repeated."""
         data = _octets("data", data)
         request = _structure(c.Request, size=ctypes.sizeof(c.Request), kind=kind, data=data, length=len(data),
-                             attempts=attempts, **members)
+                             attempts=_attempts(attempts), **members)
         if self._client._task is None:
             self._client._free()
         return Call(self._client, _checked(_lib.linegate_request_call(self._client._handle, self._number, request,
@@ -714,17 +721,16 @@ class Line:
 
     def _begin(self, function: Callable[..., int], *arguments: Any, timeout: float = 10.0, attempts: int = 1) -> Call:
         """A command by a function of linegate.h."""
-        attempts, milliseconds = _whole("attempts", attempts), _milliseconds(timeout, most=_MOST_TIMEOUT)
+        attempts, milliseconds = _attempts(attempts), _milliseconds(timeout, most=_MOST_TIMEOUT)
         handle = self._client._handle
         if self._client._task is None:
             self._client._free()
-        if attempts > 1:  # other calls have their own
-            _checked(_lib.linegate_set_attempts(handle, self._number, attempts))
-        try:
+        with self._beginning:  # the library has one number for all calls of the line
+            if attempts != self._attempts:
+                self._attempts = None
+                _checked(_lib.linegate_set_attempts(handle, self._number, attempts))
+                self._attempts = attempts
             return Call(self._client, _checked(function(handle, self._number, *arguments, milliseconds)))
-        finally:
-            if attempts > 1:
-                _lib.linegate_set_attempts(handle, self._number, 1)
 
     def sdo_read(self, node: int, index: int, sub: int = 0, *, timeout: float = 10.0, attempts: int = 1) -> Call:
         """SDO_READ: reads an object of a device. node: 1 to 127; index: 0 to FFFFh; sub: 0 to 255. A call with another
