@@ -52,10 +52,10 @@ class BusEvents {
   void clear() { count_ = frames_ = 0; }
 
  private:
+  std::size_t count_ = 0;  // first: a read() without events uses only these two
+  std::size_t frames_ = 0;
   std::array<can::BusEvent, kCapacity> events_{};
   std::array<std::size_t, kCapacity> frames_before_{};
-  std::size_t count_ = 0;
-  std::size_t frames_ = 0;
 };
 
 // Counters that never decrease, not even when the interface fails and returns. `acknowledged`,
@@ -122,6 +122,7 @@ class Channel {
   // When to call read() although the descriptor is not readable; kNever if never.
   virtual Instant next_wake() const = 0;
 
+  // The same object for the lifetime of the channel.
   virtual const ChannelCounters& counters() const = 0;
 
   // Restarts a controller that is bus-off; the following read()s report the outcome. Returns 0, or

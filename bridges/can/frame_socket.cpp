@@ -26,27 +26,33 @@ std::int64_t nanoseconds_in(const cmsghdr* message, std::size_t place) {
 
 }  // namespace
 
-// The parts of one datagram are adjacent: most batches have a single one.
+// The parts of one datagram are adjacent, and those of the first one next to its header: most
+// batches have a single one.
 struct FrameSocket::Buffers {
-  struct Incoming {
-    canfd_frame frame{};
+  static constexpr std::size_t kLine = 64;  // bytes of a cache line
+
+  struct alignas(kLine) Incoming {
     iovec vector{};
     Control control{};
+    canfd_frame frame{};
   };
   struct Outgoing {
     canfd_frame frame{};
     iovec vector{};
   };
-  std::array<Outgoing, kBatch> outgoing{};
-  std::array<Incoming, kBatch> incoming{};
+  Incoming& in(std::size_t i) { return incoming[kBatch - 1 - i]; }
+  const Incoming& in(std::size_t i) const { return incoming[kBatch - 1 - i]; }
+
+  std::array<Incoming, kBatch> incoming{};  // the first datagram's last, see in()
   std::array<mmsghdr, kBatch> receive_headers{};
   std::array<mmsghdr, kBatch> send_headers{};
+  std::array<Outgoing, kBatch> outgoing{};
 };
 
 FrameSocket::FrameSocket() : buffers_(std::make_unique<Buffers>()) {
   Buffers& b = *buffers_;
   for (std::size_t i = 0; i < kBatch; ++i) {
-    Buffers::Incoming& in = b.incoming[i];
+    Buffers::Incoming& in = b.in(i);
     in.vector = {&in.frame, sizeof(canfd_frame)};
     b.receive_headers[i].msg_hdr.msg_iov = &in.vector;
     b.receive_headers[i].msg_hdr.msg_iovlen = 1;
@@ -87,7 +93,7 @@ void FrameSocket::reset(int descriptor) {
   const Buffers& b = *buffers_;
   const mmsghdr& header = b.receive_headers[index];
   Received result;
-  result.raw = &b.incoming[index].frame;
+  result.raw = &b.in(index).frame;
   result.bytes = header.msg_len;
   result.own = (header.msg_hdr.msg_flags & MSG_CONFIRM) != 0;
   read_control(header.msg_hdr, result);
@@ -113,13 +119,13 @@ void FrameSocket::reset(int descriptor) {
 }
 
 [[gnu::hot]] int FrameSocket::send(std::span<const can::Frame> frames) {
-  Buffers& b = *buffers_;
   const std::size_t count = std::min(frames.size(), kBatch);
   constexpr int kFlags = MSG_DONTWAIT | MSG_NOSIGNAL;
-  if (count == 1) {  // the usual case: without a batch header
-    canfd_frame& only = b.outgoing[0].frame;
+  if (count == 1) {  // the usual case: without a batch header, and from the stack, which is cached
+    canfd_frame only;
     return ::send(descriptor_, &only, encode(frames[0], only), kFlags) >= 0 ? 1 : -errno;
   }
+  Buffers& b = *buffers_;
   for (std::size_t i = 0; i < count; ++i) {
     b.outgoing[i].vector.iov_len = encode(frames[i], b.outgoing[i].frame);
   }

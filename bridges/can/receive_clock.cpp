@@ -40,23 +40,18 @@ Duration read_clock(clockid_t id) {
   sampled_ = monotonic;
 }
 
-[[gnu::hot]] bool ReceiveClock::plausible(Instant time) const {
-  return time <= sampled_ + kSlack && time >= sampled_ - kOldest;
-}
-
 // After a clock step only one of the two differences is right for a stamp. The wrong one yields a
 // time in the future, or further in the past than the right one.
-[[gnu::hot]] Instant ReceiveClock::of_wall_clock(std::int64_t stamp_ns) const {
-  Instant time = Instant::min();
-  if (stamp_ns != 0) {
-    for (const std::int64_t difference : {difference_, before_step_}) {
-      const Instant candidate{Duration(stamp_ns - difference)};
-      if (plausible(candidate)) {
-        time = std::max(time, candidate);
-      }
-    }
+[[gnu::hot]] inline Instant ReceiveClock::of_wall_clock(std::int64_t stamp_ns) const {
+  if (stamp_ns == 0) {
+    return Instant::min();
   }
-  return time;
+  const auto by = [&](std::int64_t difference) {
+    const Instant time{Duration(stamp_ns - difference)};
+    return time <= sampled_ + kSlack && time >= sampled_ - kOldest ? time : Instant::min();
+  };
+  const Instant time = by(difference_);
+  return before_step_ == difference_ ? time : std::max(time, by(before_step_));
 }
 
 [[gnu::hot]] Instant ReceiveClock::instant(std::int64_t stamp_ns, std::int64_t hardware_ns) {

@@ -32,16 +32,15 @@ class ReceiveClock {
   Instant latest() const { return latest_; }
 
  private:
-  bool plausible(Instant time) const;
   // Instant::min() if the stamp is implausible.
   Instant of_wall_clock(std::int64_t stamp_ns) const;
 
   std::int64_t difference_ = 0;  // wall - monotonic, ns
   std::int64_t before_step_ = 0;
-  HardwareClock hardware_;
-  bool started_ = false;
   Instant sampled_{};
   Instant latest_ = Instant::min();
+  bool started_ = false;
+  HardwareClock hardware_;
 };
 
 }  // namespace linegate::can_bridge

@@ -42,10 +42,13 @@ BusState state_after(int error) {
 }  // namespace
 
 SocketChannel::SocketChannel(std::string interface, const SocketOptions& options)
-    : interface_(std::move(interface)), options_(options), window_(options.queue_depth) {
+    : adopted_(false),
+      window_(options.queue_depth),
+      interface_(std::move(interface)),
+      options_(options) {
 }
 
-SocketChannel::SocketChannel(int descriptor) : window_(TransmitWindow::kMaxDepth) {
+SocketChannel::SocketChannel(int descriptor) : adopted_(true), window_(TransmitWindow::kMaxDepth) {
   fd_ = true;
   socket_.reset(descriptor);
 }
@@ -238,20 +241,34 @@ void SocketChannel::flush_window() {
 
 // --- sending ------------------------------------------------------------------------------------
 
-[[gnu::hot]] std::size_t SocketChannel::room(Instant now) const {
+[[gnu::hot]] inline std::size_t SocketChannel::room_now(Instant now) const {
   if (!usable() || bus_off() || wants_writable_ || now < write_again_) {
     return 0;
   }
   return adopted() ? FrameSocket::kBatch : window_.room(now);
 }
 
-[[gnu::hot]] std::size_t SocketChannel::sendable_prefix(std::span<const can::Frame> frames) const {
+[[gnu::hot]] std::size_t SocketChannel::room(Instant now) const {
+  return room_now(now);
+}
+
+std::size_t SocketChannel::sendable_prefix(std::span<const can::Frame> frames) const {
   const auto end = std::ranges::find_if_not(
       frames, [this](const can::Frame& frame) { return sendable(frame, fd_); });
   return static_cast<std::size_t>(end - frames.begin());
 }
 
 [[gnu::hot]] std::size_t SocketChannel::write(std::span<const can::Frame> frames, Instant now) {
+  if (frames.size() == 1 && sendable(frames.front(), fd_)) [[likely]] {
+    const std::size_t sent = room_now(now) == 0 ? 0 : send(frames, now);
+    counters_.stalled += 1 - sent;
+    return sent;
+  }
+  return write_batch(frames, now);
+}
+
+[[gnu::noinline]] std::size_t SocketChannel::write_batch(std::span<const can::Frame> frames,
+                                                         Instant now) {
   std::size_t taken = 0;
   while (taken < frames.size()) {
     const std::size_t good = sendable_prefix(frames.subspan(taken));

@@ -23,17 +23,6 @@ TransmitWindow::Mark TransmitWindow::mark(const can::Frame& frame) {
   return mark;
 }
 
-[[gnu::hot]] std::size_t TransmitWindow::room(Instant now) const {
-  if (count_ < depth_) {
-    return depth_ - count_;
-  }
-  return now >= next_try() ? 1 : 0;
-}
-
-[[gnu::hot]] Instant TransmitWindow::next_try() const {
-  return count_ < depth_ ? kNever : progress_ + kStall;
-}
-
 void TransmitWindow::sent(const can::Frame& frame, Instant now, std::uint64_t number) {
   if (count_ == 0 || count_ >= depth_) {
     progress_ = now;

@@ -24,9 +24,11 @@ class TransmitWindow {
   // depth is clamped to 1..kMaxDepth.
   explicit TransmitWindow(std::size_t depth);
 
-  std::size_t room(Instant now) const;
+  std::size_t room(Instant now) const {
+    return count_ < depth_ ? depth_ - count_ : now >= next_try() ? 1 : 0;
+  }
   // When a full window permits one trial frame; kNever if there is room.
-  Instant next_try() const;
+  Instant next_try() const { return count_ < depth_ ? kNever : progress_ + kStall; }
 
   // Call it when a frame was handed to the kernel. number: reported by confirmed_to().
   void sent(const can::Frame& frame, Instant now, std::uint64_t number = 0);
@@ -54,15 +56,16 @@ class TransmitWindow {
   };
   static Mark mark(const can::Frame& frame);
 
-  std::array<Mark, kMaxDepth> marks_{};             // ring
-  std::array<std::uint64_t, kMaxDepth> numbers_{};  // of the same frames
-  std::uint64_t confirmed_to_ = 0;
-  std::uint64_t skipped_to_ = 0;
+  // First those that every send and every echo uses.
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   std::size_t depth_;
   // Time of the last echo, or of the last frame sent into an empty or stalled window
   Instant progress_{};
+  std::uint64_t confirmed_to_ = 0;
+  std::uint64_t skipped_to_ = 0;
+  std::array<Mark, kMaxDepth> marks_{};             // ring
+  std::array<std::uint64_t, kMaxDepth> numbers_{};  // of the same frames
 };
 
 }  // namespace linegate::can_bridge
