@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
-#include <utility>
 
 #include <unistd.h>
 
@@ -18,8 +17,6 @@
 
 namespace linegate::gateway {
 namespace {
-
-thread_local const line::Line* running_line = nullptr;
 
 // The text of one line of output; text beyond its end is cut off.
 class Output {
@@ -87,7 +84,7 @@ void print_violated(const Assertion& assertion) {
       << assertion.file << ":" << static_cast<std::uint64_t>(assertion.line);
   out.print();
   // Reading the events may violate another assertion, which then ends the process at once.
-  const line::Line* const line = std::exchange(running_line, nullptr);
+  const line::Line* const line = RunningLine::forget();
   if (line == nullptr) {
     return;
   }
@@ -104,14 +101,6 @@ void print_violated(const Assertion& assertion) {
 
 void report_assertions() {
   set_assertion_handler(print_violated);
-}
-
-[[gnu::hot]] RunningLine::RunningLine(const line::Line& line)
-    : before_(std::exchange(running_line, &line)) {
-}
-
-[[gnu::hot]] RunningLine::~RunningLine() {
-  running_line = before_;
 }
 
 }  // namespace linegate::gateway

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 
 #include "stack/line/line.h"
 
@@ -20,12 +21,17 @@ class RunningLine {
   static constexpr std::size_t kEvents = 16;  // number of printed events
 
   // line must outlive it.
-  explicit RunningLine(const line::Line& line);
-  ~RunningLine();
+  explicit RunningLine(const line::Line& line) : before_(running_) { running_ = &line; }
+  ~RunningLine() { running_ = before_; }
   RunningLine(const RunningLine&) = delete;
   RunningLine& operator=(const RunningLine&) = delete;
 
+  // Returns the line that this thread runs, and forgets it; nullptr: none.
+  static const line::Line* forget() { return std::exchange(running_, nullptr); }
+
  private:
+  static constinit inline thread_local const line::Line* running_ = nullptr;
+
   const line::Line* before_;
 };
 

@@ -261,7 +261,7 @@ void Executor::let_go(Instant now) {
   if (until > now) {
     timer_.wake_at(std::min(until, now + kLongest), now);
   }
-  std::array<epoll_event, kEventsAtOnce> events{};
+  std::array<epoll_event, kEventsAtOnce> events;
   const int count = epoll_wait(epoll_, events.data(), kEventsAtOnce, until > now ? -1 : 0);
   for (int k = 0; k < count; ++k) {
     note_event(events[static_cast<std::size_t>(k)].data.u64);

@@ -89,11 +89,6 @@ class Executor {
   void let_go(Instant now);
 
   config::ExecutorPlan plan_;
-  exchange::Wakeup wakeup_;
-  exchange::Wakeup values_wakeup_;
-  exchange::Flag stop_;
-  exchange::Counter rounds_;
-  std::vector<Place> places_;
   exchange::Ring<std::unique_ptr<Runner>> arrivals_{kMostChanges};
   exchange::Ring<Runner*> departures_{kMostChanges};
   exchange::Ring<std::unique_ptr<Runner>> departed_{kMostChanges};
@@ -102,11 +97,17 @@ class Executor {
   exchange::Ring<Visit> visits_{2};  // one at a time
   exchange::Ring<Visit> visited_{2};
   exchange::Wakeup visit_over_;
-  bool woken_ = true;
+  std::thread thread_;
+  // The members that each round uses are adjacent, to occupy few cache lines.
+  exchange::Flag stop_;
+  exchange::Counter rounds_;
+  std::vector<Place> places_;
   std::size_t leaving_ = 0;
   DeadlineTimer timer_;
   int epoll_ = -1;
-  std::thread thread_;
+  bool woken_ = true;
+  alignas(exchange::kCacheLine) exchange::Wakeup wakeup_;  // written by other threads
+  exchange::Wakeup values_wakeup_;
 };
 
 }  // namespace linegate::gateway

@@ -19,7 +19,8 @@ class FramePump {
  public:
   static constexpr std::size_t kBatch = 64;
 
-  explicit FramePump(std::unique_ptr<can_bridge::Channel> channel) : channel_(std::move(channel)) {}
+  explicit FramePump(std::unique_ptr<can_bridge::Channel> channel)
+      : channel_(std::move(channel)), counters_(channel_->counters()) {}
 
   can_bridge::Channel& channel() { return *channel_; }
   const can_bridge::Channel& channel() const { return *channel_; }
@@ -78,21 +79,21 @@ class FramePump {
         break;
       }
       written = true;
-      const can_bridge::ChannelCounters& counters = channel_->counters();
-      const std::uint64_t before = counters.taken();
-      const std::uint64_t refused = counters.refused;
+      const std::uint64_t before = counters_.taken();
+      const std::uint64_t refused = counters_.refused;
       const std::size_t taken =
           channel_->write(std::span<const can::Frame>(held_.data(), held_count_), now);
-      if (counters.refused != refused) [[unlikely]] {
+      if (counters_.refused != refused) [[unlikely]] {
         first_refused_ = first_refused_ == 0 ? before + 1 : first_refused_;
         last_refused_ = before + taken;
       }
-      std::move(held_.begin() + static_cast<std::ptrdiff_t>(taken),
-                held_.begin() + static_cast<std::ptrdiff_t>(held_count_), held_.begin());
-      held_count_ -= taken;
-      if (held_count_ > 0) {
+      if (taken < held_count_) [[unlikely]] {
+        std::move(held_.begin() + static_cast<std::ptrdiff_t>(taken),
+                  held_.begin() + static_cast<std::ptrdiff_t>(held_count_), held_.begin());
+        held_count_ -= taken;
         break;
       }
+      held_count_ = 0;
     }
     return written;
   }
@@ -101,20 +102,19 @@ class FramePump {
   // acknowledged(number) for all others up to that number.
   template <class Acknowledged, class Lost>
   void report_ended(Acknowledged&& acknowledged, Lost&& lost) {
-    const can_bridge::ChannelCounters& counters = channel_->counters();
     if (first_refused_ != 0) [[unlikely]] {
       lost(std::exchange(first_refused_, 0), last_refused_);
     }
-    if (counters.skipped != skipped_) [[unlikely]] {
-      skipped_ = counters.skipped;
+    if (counters_.skipped != skipped_) [[unlikely]] {
+      skipped_ = counters_.skipped;
       lost(acknowledged_ + 1, skipped_);
     }
-    if (counters.acknowledged != acknowledged_) {
-      acknowledged_ = counters.acknowledged;
+    if (counters_.acknowledged != acknowledged_) {
+      acknowledged_ = counters_.acknowledged;
       acknowledged(acknowledged_);
     }
-    if (counters.flushed != flushed_) [[unlikely]] {
-      flushed_ = counters.flushed;
+    if (counters_.flushed != flushed_) [[unlikely]] {
+      flushed_ = counters_.flushed;
       lost(acknowledged_ + 1, flushed_);
     }
   }
@@ -152,7 +152,9 @@ class FramePump {
     frames_until(frames.size());
   }
 
+  // First those that a round without events uses.
   std::unique_ptr<can_bridge::Channel> channel_;
+  const can_bridge::ChannelCounters& counters_;  // of the channel
   std::size_t held_count_ = 0;
   std::size_t drained_ = 0;
   Instant more_ = kNever;

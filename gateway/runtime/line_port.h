@@ -119,8 +119,8 @@ struct LinePort {
   exchange::Ring<routing::Message> gateway_emcys{128};  // EMCYs of other networks
   exchange::Ring<Event> gateway_notices{32};            // which the line reports
 
-  // Set before the line runs: its images go to the edge by this way, and those of inputs also to
-  // the publisher, which is woken only for PDO updates. Otherwise nullptr.
+  // Set before the runner of the line is made: its images go to the edge by this way, and those of
+  // inputs also to the publisher, which is woken only for PDO updates. Otherwise nullptr.
   std::shared_ptr<DirectImages> direct;
 
   exchange::Handover<image::Snapshot>& image(image::Direction direction) {

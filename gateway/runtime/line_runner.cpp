@@ -111,13 +111,14 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
                        LinePort& port, exchange::Wakeup& consumer, std::vector<NodeStorage> storage)
     : budget_(std::make_unique<line::RequestBudget>(budget_of(plan.config))),
       line_(std::move(line)),
-      port_(port),
-      consumer_(consumer),
+      direct_(port.direct.get()),
       has_queues_(line::longest_queue(plan.config) != 0),
       publications_{Publication(plan.publish, plan.pdo_min_period),
                     Publication(plan.publish, kLong)},
-      pump_(std::move(channel)),
       scans_(plan, port.scans),
+      pump_(std::move(channel)),
+      port_(port),
+      consumer_(consumer),
       storage_(std::move(storage)) {
   line_->expect_acknowledgements();
   line_->set_pace(*budget_);
@@ -179,7 +180,10 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   if (scans_.next_wake() <= now) {
     start_scan(known);
   }
-  poll_messages(known);
+  const bool routes = routes_ != nullptr;  // read once: most lines do not route
+  if (routes) [[unlikely]] {
+    poll_messages(known);
+  }
   if (started_) {
     inputs_changed_ |= line_->advance(known);
     for (BoundTarget& target : bound_targets_) {
@@ -188,24 +192,25 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
         forwarded_ = true;
       }
     }
-    give_messages(known);  // before frames are sent: other lines wait for them
+    if (routes) [[unlikely]] {
+      give_messages(known);  // before frames are sent: other lines wait for them
+    }
   }
   if (std::exchange(inputs_changed_, !started_)) {
     look_at_sources(now);  // time-outs and requests change values, too
   }
   transmit(now);
-  give_messages(now);
-  give_gateway_requests();
+  if (routes) [[unlikely]] {
+    give_messages(now);
+    give_gateway_requests();
+  }
   hand_over(now);
   note_next_due();
   next_wake_ = compute_next_wake();
   if (pump_.more()) {
     wake_at(now);
   }
-  if (routes_ != nullptr && routes_->held()) {
-    next_wake_ = earlier(next_wake_, now + kLinkFull);
-  }
-  if (receptions_wait_) {
+  if ((routes && routes_->held()) || receptions_wait_) [[unlikely]] {
     next_wake_ = earlier(next_wake_, now + kLinkFull);
   }
 }
@@ -259,8 +264,8 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
 }
 
 [[gnu::hot]] exchange::Wakeup* LineRunner::announce() {
-  if (port_.direct != nullptr) {
-    port_.direct->announce();
+  if (direct_ != nullptr) {
+    direct_->announce();
   }
   return std::exchange(handed_over_, false) ? &consumer_ : nullptr;
 }
@@ -518,17 +523,14 @@ void LineRunner::execute_command(Instant now) {
   }
 }
 
-[[gnu::hot]] void LineRunner::poll_messages(Instant now) {
-  if (routes_ != nullptr) {
-    routes_->take([&](const routing::Message& message) { line_->deliver(message, now); });
-  }
+// Precondition of this and of the next: the line routes.
+void LineRunner::poll_messages(Instant now) {
+  routes_->take([&](const routing::Message& message) { line_->deliver(message, now); });
 }
 
-[[gnu::hot]] void LineRunner::give_messages(Instant now) {
-  if (routes_ != nullptr) {
-    routes_->give([&](routing::Message& message) { return line_->pop_message(message); },
-                  [&](const routing::Message& message) { line_->deliver(message, now); });
-  }
+void LineRunner::give_messages(Instant now) {
+  routes_->give([&](routing::Message& message) { return line_->pop_message(message); },
+                [&](const routing::Message& message) { line_->deliver(message, now); });
 }
 
 // Of other gateways: their presence, their answers, and their EMCYs.
@@ -554,8 +556,8 @@ void LineRunner::execute_command(Instant now) {
 
 // While the ring is full they stay in the line, which gives them up at their deadlines. The thread
 // that takes them wakes the executor.
-[[gnu::hot]] void LineRunner::give_gateway_requests() {
-  if (routes_ == nullptr || port_.peers == nullptr) {
+void LineRunner::give_gateway_requests() {
+  if (port_.peers == nullptr) {
     return;
   }
   bool given = false;
@@ -652,7 +654,9 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
     hand_over_events();
     hand_over_replies();
   }
-  hand_over_receptions();
+  if (has_queues_) {
+    hand_over_receptions();
+  }
   if (due && now >= status_due_) {
     look_at_clock();
     look_at_losses();
@@ -708,9 +712,6 @@ void LineRunner::hand_over_replies() {
 
 // The layout of the receptions is handed over before them.
 [[gnu::hot]] void LineRunner::hand_over_receptions() {
-  if (!has_queues_) {
-    return;
-  }
   hand_over_layouts();
   std::size_t room = port_.receptions.room();
   for (; room > 0 && line_->pop_reception(reception_); --room) {
@@ -801,15 +802,15 @@ void LineRunner::hand_over_images(Instant now) {
 void LineRunner::hand_over_image(image::Direction direction, Instant now) {
   auto& publication = publications_[static_cast<std::size_t>(direction)];
   if (!publication.due(*line_, direction, now)) {
-    if (port_.direct != nullptr) {
-      port_.direct->publish_waiting(direction, clock_.map(), now);
+    if (direct_ != nullptr) {
+      direct_->publish_waiting(direction, clock_.map(), now);
     }
     return;
   }
   auto& slot = port_.image(direction);
-  if (DirectImages* const direct = port_.direct.get()) {
-    line_->snapshot(direction, direct->draft(direction), now, false);
-    handed_over_ |= direct->taken(direction, clock_.map(), now, slot);
+  if (direct_ != nullptr) {
+    line_->snapshot(direction, direct_->draft(direction), now, false);
+    handed_over_ |= direct_->taken(direction, clock_.map(), now, slot);
     publication.taken(*line_, now);
     return;
   }
@@ -856,7 +857,7 @@ void LineRunner::look_at_losses() {
 [[gnu::hot]] Instant LineRunner::next_image() {
   const Instant next = earlier(publications_[0].next(*line_, image::Direction::inputs),
                                publications_[1].next(*line_, image::Direction::outputs));
-  return port_.direct == nullptr ? next : earlier(next, port_.direct->next_try());
+  return direct_ == nullptr ? next : earlier(next, direct_->next_try());
 }
 
 void LineRunner::stop(Instant now) {
@@ -876,7 +877,7 @@ bool LineRunner::stopped(Instant now) const {
   if (!stopping_ || now >= stop_deadline_) {
     return stopping_;
   }
-  const bool image_waits = port_.direct != nullptr && port_.direct->next_try() != kNever;
+  const bool image_waits = direct_ != nullptr && direct_->next_try() != kNever;
   return !image_waits && !reply_held_ && budget_->waiting() == 0 && pump_.held() == 0 &&
          (routes_ == nullptr || !routes_->held()) &&
          (!started_ || lacks_fd_ || !line_->wants_to_send(now)) && !line_->is_ending();

@@ -157,19 +157,8 @@ class LineRunner final : public Runner {
   // processor evict them meanwhile.
   std::unique_ptr<line::RequestBudget> budget_;  // outlives the line, which uses it as its pace
   std::unique_ptr<line::Line> line_;
-  LinePort& port_;
-  exchange::Wakeup& consumer_;
   std::unique_ptr<RouteEnd> routes_;  // nullptr if the line does not route
-  Instant next_wake_{};
-  Instant work_due_{};  // next_wake_ without images, status and full rings
-  Instant known_{};     // latest time that was passed to the line
-  Instant status_due_{};
-  Instant image_due_{};          // the last result of next_image()
-  Instant budget_due_ = kNever;  // when a waiting request may be carried out
-  // The timer is set to it at once, instead of again when the next frame has come.
-  Instant image_expected_ = kNever;
-  Instant held_until_{};  // delay of images and status that are due
-  std::uint32_t receive_peak_ = 0;
+  DirectImages* const direct_;        // port_.direct
   bool started_ = false;
   bool stopping_ = false;
   bool lacks_fd_ = false;  // the interface is there, but carries no CAN FD, which the line needs
@@ -183,12 +172,24 @@ class LineRunner final : public Runner {
   bool reply_held_ = false;
   bool receptions_wait_ = false;  // in the line, because their ring is full
   const bool has_queues_;         // a TPDO has a queue
+  Instant next_wake_{};
+  Instant work_due_{};  // next_wake_ without images, status and full rings
+  Instant known_{};     // latest time that was passed to the line
+  Instant status_due_{};
+  Instant image_due_{};          // the last result of next_image()
+  Instant budget_due_ = kNever;  // when a waiting request may be carried out
+  // The timer is set to it at once, instead of again when the next frame has come.
+  Instant image_expected_ = kNever;
+  Instant held_until_{};  // delay of images and status that are due
   std::vector<BoundSource> bound_sources_;
   std::vector<BoundTarget> bound_targets_;
   std::array<Publication, 2> publications_;  // by image::Direction
+  std::uint32_t receive_peak_ = 0;
+  ScanApplier scans_;
   FramePump pump_;
 
-  ScanApplier scans_;
+  LinePort& port_;
+  exchange::Wakeup& consumer_;
   const std::vector<NodeStorage> storage_;
   WallClock clock_;
   std::vector<routing::Route> routes_shown_;

@@ -63,6 +63,10 @@ class ScanApplier {
     line::ScanApply request;
   };
 
+  // First: the line asks for next_wake() in each round.
+  Instant due_ = kNever;
+  std::optional<Instant> held_until_;  // kNever: until the main thread has taken the result
+
   bool wanted_;  // the line scans automatically
   bool sets_up_;
   exchange::Ring<AppliedScan>& taken_;
@@ -70,8 +74,6 @@ class ScanApplier {
   bool takes_late_comers_;
   std::bitset<128> known_;
   std::bitset<128> late_;
-  Instant due_ = kNever;
-  std::optional<Instant> held_until_;  // kNever: until the main thread has taken the result
   std::vector<Asked> asked_;
 };
 
