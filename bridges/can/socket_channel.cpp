@@ -116,74 +116,11 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
 
 // --- receiving ----------------------------------------------------------------------------------
 
-[[gnu::hot]] std::size_t SocketChannel::read(std::span<can::Frame> out, BusEvents& events,
-                                             Instant now) {
-  wants_writable_ = false;
-  if (now >= write_again_) {
-    write_again_ = Instant{};
-  }
-  stall_seen_ = now >= window_.next_try();
-  if (events.room() < BusEvents::kPerFrame) {
-    return 0;
-  }
-  if (!ready_ && now >= retry_at_) {
-    open(events, now);
-  }
-  std::size_t count = 0;
-  bool empty = false;
-  drained_ = false;
-  ends_ = false;
-  while (ready_ && !ends_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
-    empty = batch_next_ == batch_end_ && !refill(out.size() - count);
-    if (empty) {
-      break;
-    }
-    count += receive_batch(out.subspan(count), events, now);
-  }
-  if (failure_ != 0 && empty) {
-    fail(failure_, events, std::max(now, clock_.latest()));
-  }
-  counters_.received += count;
-  return count;
-}
-
-// Reads the next batch. Returns false if nothing is left to read. If the interface failed after
-// frames were received, those frames are returned first and the failure is reported afterwards.
-[[gnu::hot]] bool SocketChannel::refill(std::size_t room) {
-  if (drained_) {
-    return false;
-  }
-  const std::size_t wanted = std::min(room, FrameSocket::kBatch);
-  int got = socket_.receive(wanted);
-  if (got < 0 && !again(-got)) {
-    failure_ = -got;
-    got = socket_.receive(wanted);
-  }
-  if (got <= 0) {
-    return false;
-  }
-  clock_.begin_batch();
-  batch_next_ = 0;
-  batch_end_ = static_cast<std::size_t>(got);
-  drained_ = batch_end_ < wanted;
-  return true;
-}
-
-[[gnu::hot]] std::size_t SocketChannel::receive_batch(std::span<can::Frame> out, BusEvents& events,
-                                                      Instant now) {
-  std::size_t count = 0;
-  while (batch_next_ < batch_end_ && !ends_ && count < out.size() &&
-         events.room() >= BusEvents::kPerFrame) {
-    const bool given = take(socket_.received(batch_next_++), out[count], events, now);
-    count += given ? 1U : 0U;
-    events.frames_given(given ? 1U : 0U);
-  }
-  return count;
-}
+// The three parts of read() are called from one place each.
 
 // Returns true if it is a frame for the caller.
-[[gnu::hot]] bool SocketChannel::take(const FrameSocket::Received& received, can::Frame& out,
-                                      BusEvents& events, Instant now) {
+[[gnu::hot, gnu::always_inline]] inline bool SocketChannel::take(
+    const FrameSocket::Received& received, can::Frame& out, BusEvents& events, Instant now) {
   const Instant time = clock_.instant(received.stamp_ns, received.hardware_ns);
   if (received.has_dropped && received.dropped != dropped_) {
     count_dropped(received.dropped, events, time);
@@ -214,6 +151,71 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
   }
   out.time = time;
   return true;
+}
+
+[[gnu::hot, gnu::always_inline]] inline std::size_t SocketChannel::receive_batch(
+    std::span<can::Frame> out, BusEvents& events, Instant now) {
+  std::size_t count = 0;
+  while (batch_next_ < batch_end_ && !ends_ && count < out.size() &&
+         events.room() >= BusEvents::kPerFrame) {
+    const bool given = take(socket_.received(batch_next_++), out[count], events, now);
+    count += given ? 1U : 0U;
+    events.frames_given(given ? 1U : 0U);
+  }
+  return count;
+}
+
+// Reads the next batch. Returns false if nothing is left to read. If the interface failed after
+// frames were received, those frames are returned first and the failure is reported afterwards.
+[[gnu::hot, gnu::always_inline]] inline bool SocketChannel::refill(std::size_t room) {
+  if (drained_) {
+    return false;
+  }
+  const std::size_t wanted = std::min(room, FrameSocket::kBatch);
+  int got = socket_.receive(wanted);
+  if (got < 0 && !again(-got)) {
+    failure_ = -got;
+    got = socket_.receive(wanted);
+  }
+  if (got <= 0) {
+    return false;
+  }
+  clock_.begin_batch();
+  batch_next_ = 0;
+  batch_end_ = static_cast<std::size_t>(got);
+  drained_ = batch_end_ < wanted;
+  return true;
+}
+
+[[gnu::hot]] std::size_t SocketChannel::read(std::span<can::Frame> out, BusEvents& events,
+                                             Instant now) {
+  wants_writable_ = false;
+  if (now >= write_again_) {
+    write_again_ = Instant{};
+  }
+  stall_seen_ = now >= window_.next_try();
+  if (events.room() < BusEvents::kPerFrame) {
+    return 0;
+  }
+  if (!ready_ && now >= retry_at_) {
+    open(events, now);
+  }
+  std::size_t count = 0;
+  bool empty = false;
+  drained_ = false;
+  ends_ = false;
+  while (ready_ && !ends_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
+    empty = batch_next_ == batch_end_ && !refill(out.size() - count);
+    if (empty) {
+      break;
+    }
+    count += receive_batch(out.subspan(count), events, now);
+  }
+  if (failure_ != 0 && empty) {
+    fail(failure_, events, std::max(now, clock_.latest()));
+  }
+  counters_.received += count;
+  return count;
 }
 
 void SocketChannel::count_dropped(std::uint32_t dropped, BusEvents& events, Instant time) {
