@@ -50,8 +50,11 @@ std::string why_not_sent(const CallData& call, const Model::Found& found) {
     return "several gateways have a line " + call.line + ": name it GATEWAY/LINE";
   if (found.line == nullptr || !found.line->seen)
     return "line " + call.line + " was not received in time";
-  return found.line->gone ? "line " + call.line + " is lost: its gateway has ended or removed it"
-                          : "the time-out left no time to send it";
+  if (found.line->gone)
+    return "line " + call.line + " is lost: its gateway has ended or removed it";
+  return found.line->has_namesake
+             ? "another gateway has the name " + found.line->gateway + ": give each its own"
+             : "the time-out left no time to send it";
 }
 
 }  // namespace
@@ -105,7 +108,7 @@ std::shared_ptr<CallData> Core::refuse(std::string text) {
 // Later, if the line is not received yet.
 void Core::send(const std::shared_ptr<CallData>& call) {
   const Model::Found found = find(call->gateway, call->line);
-  if (found.line == nullptr || found.ambiguous || found.line->gone)
+  if (found.line == nullptr || found.ambiguous || found.line->gone || found.line->has_namesake)
     return;
   const linegate::Duration left = call->deadline - link->now();
   if (left <= linegate::Duration::zero())

@@ -198,6 +198,8 @@ void Core::service_group(const std::shared_ptr<GroupData>& group) {
     return lose(*group, LossReason::gateway_lost);
   if (status == LineStatus::silent)
     return lose(*group, LossReason::gateway_silent);
+  if (status == LineStatus::ambiguous)
+    return lose(*group, LossReason::ambiguous);
   if (found.line->incarnation != group->incarnation)
     return lose(*group, LossReason::restarted);
   const Area& area = found.line->area(image::Direction::outputs);

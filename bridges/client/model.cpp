@@ -68,39 +68,47 @@ bool LineData::follow(std::uint64_t other, Instant now) {
   const bool returns = is_former(other);
   if (returns && !gone && now - heard < kSilence)
     return false;
+  follow_areas(other);
+  const auto is_of_another = [&](const auto& state) { return state.second.incarnation != other; };
   if (returns) {
-    std::swap(areas, former_areas);
     std::swap(nodes, former_nodes);
-    for (std::size_t i = 0; i < areas.size(); ++i)
-      areas[i].lost = std::max(areas[i].lost, former_areas[i].lost);  // it never decreases
-    ++layout_revision;
-    ++outputs_revision;
   } else if (seen) {
-    // The states of the new start may come before its LineState.
-    const auto is_of_another = [&](const auto& state) { return state.second.incarnation != other; };
-    for (const auto direction : {image::Direction::inputs, image::Direction::outputs})
-      keep(direction);
     former_nodes = nodes;
-    std::erase_if(nodes, is_of_another);
+    std::erase_if(nodes, is_of_another);  // those of the new start may come before its LineState
   }
-  std::erase_if(groups, [&](const auto& state) { return state.second.incarnation != other; });
+  std::erase_if(groups, is_of_another);
   former = incarnation;
   incarnation = other;
   return true;
 }
 
-void LineData::keep(image::Direction direction) {
-  Area& kept = former_areas[static_cast<std::size_t>(direction)];
-  if (area(direction).has_layout(incarnation) && !kept.has_layout(incarnation))
-    kept = area(direction);
+void LineData::follow_areas(std::uint64_t other) {
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    Area& kept = former_areas[i];
+    if (areas[i].has_layout(other))
+      continue;
+    if (!kept.has_layout(other)) {
+      if (areas[i].has_layout(incarnation))
+        kept = areas[i];
+      continue;
+    }
+    std::swap(areas[i], kept);
+    areas[i].lost = std::max(areas[i].lost, kept.lost);  // it never decreases
+    ++layout_revision;
+    ++outputs_revision;
+  }
 }
 
 Area& LineData::area_of(image::Direction direction, std::uint64_t other) {
-  if (is_former(other))
-    return former_areas[static_cast<std::size_t>(direction)];
-  if (seen && other != incarnation)
-    keep(direction);
-  return area(direction);
+  Area& present = area(direction);
+  Area& kept = former_areas[static_cast<std::size_t>(direction)];
+  if (is_former(other) || (!seen && kept.has_layout(other)))
+    return kept;
+  const bool is_whole = present.layout && present.layout_incarnation != other &&
+                        (!present.image || present.image_incarnation == present.layout_incarnation);
+  if (is_whole && (!seen || present.layout_incarnation == incarnation))
+    kept = present;
+  return present;
 }
 
 LineStatus LineData::status(Instant now) const {
@@ -110,6 +118,8 @@ LineStatus LineData::status(Instant now) const {
     return LineStatus::lost;
   if (now - heard > kSilence)
     return LineStatus::silent;
+  if (has_namesake)
+    return LineStatus::ambiguous;
   for (const Area& one : areas) {
     const bool empty = one.has_layout(incarnation) && one.layout->entries.empty();
     if (!empty && !one.complete(incarnation, now))
@@ -203,9 +213,7 @@ LineData* Model::find_or_add(const std::string& gateway, const std::string& line
 Model::Found Model::find(const std::string& gateway, const std::string& line) const {
   if (!gateway.empty()) {
     const auto found = lines_.find({gateway, line});
-    if (found == lines_.end() || !found->second.seen)
-      return {};
-    return {&found->second, found->second.has_namesake};
+    return {found == lines_.end() || !found->second.seen ? nullptr : &found->second};
   }
   Found live;
   Found gone;
@@ -213,7 +221,9 @@ Model::Found Model::find(const std::string& gateway, const std::string& line) co
     if (key.second != line || !one.seen)
       continue;
     Found& found = one.gone ? gone : live;
-    found.ambiguous = found.ambiguous || found.line != nullptr || one.has_namesake;
+    found.ambiguous = found.line != nullptr;
+    if (found.ambiguous)
+      break;
     found.line = &one;
   }
   return live.line != nullptr ? live : gone;

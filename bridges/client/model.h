@@ -92,8 +92,8 @@ struct LineData {
   // A LineState of that incarnation was received. Returns false if it is the former one, and the
   // present one was heard since.
   bool follow(std::uint64_t other, Instant now);
-  // Where a sample of that incarnation goes. The present area is kept for its return if the sample
-  // is of another incarnation.
+  // Where a sample of that incarnation goes. If it is of another one than the present area, that is
+  // kept for its return.
   Area& area_of(image::Direction direction, std::uint64_t other);
   Area& area(image::Direction direction) { return areas[static_cast<std::size_t>(direction)]; }
   const Area& area(image::Direction direction) const {
@@ -103,8 +103,7 @@ struct LineData {
   Value read(const std::string& name, Quality line_quality, Instant now) const;
 
  private:
-  // Keeps the area of the present incarnation for its return.
-  void keep(image::Direction direction);
+  void follow_areas(std::uint64_t other);
   Value value_of(const Area& area, std::uint32_t entry) const;
 };
 

@@ -108,14 +108,17 @@ void Model::on_gateway(const std::string& name, const GatewayView& gateway) {
 
 void Model::on_line(const LineId& id, const LineView& view) {
   if (Line* const target = line(id)) {
+    if (!target->view || target->view->incarnation != view.incarnation)
+      target->begun = now_;
     target->gone = false;
     target->view = view;
     target->heard = now_;
     count_rates(*target);
     if (has_namesake(view)) {
       namesakes_.try_emplace(id.gateway, false);
-    } else {
-      // The states of the new start may come before its LineState, and those of before it late.
+    } else if (now_ - target->begun >= kSilence) {
+      // The states of the new start may come before its LineState. Two gateways of one name publish
+      // by turns before they know of each other, and a late LineState is not a start.
       const auto is_former = [&view](const auto& one) {
         return one.second.incarnation != view.incarnation;
       };

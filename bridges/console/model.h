@@ -70,6 +70,7 @@ struct Line {
   std::map<std::uint16_t, OutputStateView> groups;  // groups of outputs, by number
   std::uint64_t images = 0;                         // samples received
   Instant heard{};  // time of the last LineState, on the clock of Model::at()
+  Instant begun{};  // of the first one after that of another start of the gateway
   // Frames a second over the last second or more; nothing until two states were received.
   std::optional<double> received_per_second;
   std::optional<double> sent_per_second;

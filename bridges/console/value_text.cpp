@@ -8,7 +8,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -88,12 +87,17 @@ std::optional<std::vector<std::byte>> real(od::DataType type, std::string_view t
     return std::nullopt;
   }
   if (type == od::DataType::real32) {
-    if (std::isfinite(value) && std::abs(value) > std::numeric_limits<float>::max()) {
+    // Directly: by way of a double it may be rounded twice. Without a result it is too large, or
+    // below the least.
+    float number = 0;
+    const bool is_out =
+        std::from_chars(text.data(), text.data() + text.size(), number).ec != std::errc{};
+    if (is_out && std::abs(value) > 1) {
       return std::nullopt;
     }
-    // Directly: by way of a double it may be rounded twice. Without a result it is below the least.
-    auto number = static_cast<float>(value);
-    std::from_chars(text.data(), text.data() + text.size(), number);
+    if (is_out) {
+      number = static_cast<float>(value);
+    }
     return little_endian(std::bit_cast<std::uint32_t>(number), 4);
   }
   return little_endian(std::bit_cast<std::uint64_t>(value), 8);

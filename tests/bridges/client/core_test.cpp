@@ -92,6 +92,46 @@ TEST_F(ClientCore, ALineOfTwoGatewaysWithOneNameIsAmbiguous) {
   EXPECT_TRUE(line.ready());
 }
 
+TEST_F(ClientCore, ALineOfTwoGatewaysThatEndIsLostOrSilent) {
+  begin();
+  std::vector<LineStatus> reported;
+  const Subscription subscription =
+      client.on_line([&](const Change& change) { reported.push_back(change.status); });
+  client.poll(0ms);
+  world->line(1, "1");
+  client.poll(0ms);
+  EXPECT_EQ(reported.back(), LineStatus::ambiguous);
+  world->now += 4s;
+  client.poll(0ms);
+  EXPECT_EQ(line.status(), LineStatus::silent);
+  world->gone();
+  client.poll(0ms);
+  client.poll(0ms);
+  EXPECT_EQ(line.status(), LineStatus::lost);
+  EXPECT_EQ(reported.back(), LineStatus::lost);
+}
+
+// The client begins while both run: layouts come before the states.
+TEST_F(ClientCore, OfTwoGatewaysThatRanBeforeOneIsRead) {
+  for (const std::uint64_t incarnation : {1U, 2U}) {
+    for (const auto direction : {inputs, outputs}) {
+      world->layout(direction, incarnation);
+      world->image(direction, incarnation, static_cast<std::uint8_t>(incarnation));
+    }
+  }
+  world->image(inputs, 1, 1);
+  world->line(1);
+  client.poll(0ms);
+  EXPECT_TRUE(line.ready());
+  EXPECT_EQ(line.read("ram.In").as<int>(), 1);
+  world->line(2);
+  world->image(inputs, 2, 2);
+  world->image(outputs, 2, 2);
+  client.poll(0ms);
+  EXPECT_TRUE(line.ready());
+  EXPECT_EQ(line.read("ram.In").as<int>(), 2);
+}
+
 // The gateway converts the time of a refusal anew in each state.
 TEST_F(ClientCore, ARefusalIsNewOnlyIfItIsCounted) {
   begin();

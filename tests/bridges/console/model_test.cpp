@@ -112,9 +112,26 @@ TEST(Model, NodesAndGroupsOfAnEarlierIncarnationAreGone) {
   model.on_node(kPressId, {.state = {.node = 5}, .incarnation = 2});  // before its LineState
   view.incarnation = 2;
   model.on_line(kPressId, view);
+  EXPECT_EQ(line.nodes.size(), 2U) << "two gateways of one name publish by turns";
+  model.at(Instant{} + Model::kSilence);
+  model.on_line(kPressId, view);
   ASSERT_EQ(line.nodes.size(), 1U);
   EXPECT_TRUE(line.nodes.contains(5));
   EXPECT_TRUE(line.groups.empty());
+}
+
+TEST(Model, ALateStateOfAnEarlierIncarnationRemovesNothing) {
+  Model model;
+  LineView view = line_view(3);
+  view.incarnation = 2;
+  model.on_line(kPressId, view);
+  model.on_node(kPressId, {.state = {.node = 5}, .incarnation = 2});
+  model.at(Instant{} + Model::kSilence);
+  view.incarnation = 1;
+  model.on_line(kPressId, view);
+  view.incarnation = 2;
+  model.on_line(kPressId, view);
+  EXPECT_TRUE(model.lines().at(kPressId).nodes.contains(5));
 }
 
 // Each of them publishes its LineState every second, and a NodeState only when it changes.

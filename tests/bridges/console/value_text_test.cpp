@@ -169,6 +169,8 @@ TEST(ValueText, WhatDoesNotFitIsRefused) {
   EXPECT_EQ(from_text(DataType::unsigned32, "12x"), std::nullopt);
   EXPECT_EQ(from_text(DataType::real64, "x"), std::nullopt);
   EXPECT_EQ(from_text(DataType::real32, "1e39"), std::nullopt);
+  const auto largest = bits_of(std::bit_cast<std::uint32_t>(std::numeric_limits<float>::max()));
+  EXPECT_EQ(from_text(DataType::real32, to_text(DataType::real32, largest)), largest);
   EXPECT_EQ(from_text(DataType::octet_string, "123"), std::nullopt);
 }
 
