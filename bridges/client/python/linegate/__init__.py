@@ -17,6 +17,7 @@ seconds.
 
 from __future__ import annotations
 
+import _thread
 import asyncio
 import ctypes
 import enum
@@ -27,8 +28,9 @@ import threading
 import time
 import weakref
 from collections import deque
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from queue import SimpleQueue
 from types import TracebackType
 from typing import Any, AsyncIterator, Callable, Generator, Mapping, Optional, Sequence, Union
 from urllib.parse import quote
@@ -46,6 +48,7 @@ _GROWTH = 4096  # of a position, between two functions
 _MOST_WAITING = 10_000  # items of a stream that its consumer did not take
 _MOST_TIMEOUT = 86_400.0  # seconds, of a command
 _MOST_WATCHDOG = 2_147_483  # seconds, as milliseconds in an int
+_MOST_FAILED = 8  # exceptions that poll() has not raised yet
 _INTEGERS = (ctypes.c_uint8, ctypes.c_uint16, ctypes.c_uint32, ctypes.c_uint64, ctypes.c_int32, ctypes.c_int64)
 _lib = c.load()
 
@@ -631,8 +634,7 @@ class Line:
         self.name = name
         self._client = client
         self._groups: dict[tuple[str, int, int], Group] = {}
-        self._beginning = threading.RLock()  # of a call: also a signal handler may begin one meanwhile
-        self._attempts: Optional[int] = None  # of the calls of the line in the library; None: not known
+        self._numbers: dict[int, int] = {}  # by `attempts`
         self._number = _checked(_lib.linegate_line(client._handle, _encoded(name)))
 
     @property
@@ -722,15 +724,23 @@ class Line:
     def _begin(self, function: Callable[..., int], *arguments: Any, timeout: float = 10.0, attempts: int = 1) -> Call:
         """A command by a function of linegate.h."""
         attempts, milliseconds = _attempts(attempts), _milliseconds(timeout, most=_MOST_TIMEOUT)
-        handle = self._client._handle
         if self._client._task is None:
             self._client._free()
-        with self._beginning:  # the library has one number for all calls of the line
-            if attempts != self._attempts:
-                self._attempts = None
-                _checked(_lib.linegate_set_attempts(handle, self._number, attempts))
-                self._attempts = attempts
-            return Call(self._client, _checked(function(handle, self._number, *arguments, milliseconds)))
+        return Call(self._client, _checked(function(self._client._handle, self._number_for(attempts), *arguments,
+                                                    milliseconds)))
+
+    def _number_for(self, attempts: int) -> int:
+        """The library has `attempts` by number of a line, not by call. Each value has its own number and is set only once,
+        because a signal handler or another thread may begin a call between linegate_set_attempts() and the call."""
+        if attempts <= 1:
+            return self._number
+        if attempts not in self._numbers:
+            handle = self._client._handle
+            number = _checked(_lib.linegate_line(handle, _encoded(self.name)))
+            _checked(_lib.linegate_set_attempts(handle, number, attempts))
+            if self._numbers.setdefault(attempts, number) != number:
+                _lib.linegate_free(handle, number)
+        return self._numbers[attempts]
 
     def sdo_read(self, node: int, index: int, sub: int = 0, *, timeout: float = 10.0, attempts: int = 1) -> Call:
         """SDO_READ: reads an object of a device. node: 1 to 127; index: 0 to FFFFh; sub: 0 to 255. A call with another
@@ -752,6 +762,32 @@ class Line:
                            attempts=attempts)
 
 
+def _work(requests: deque[Any], bell: SimpleQueue[Any], _end: Any) -> None:
+    """The thread of a _Worker."""
+    while bell.get() is None:
+        while requests:
+            function, arguments, answer = requests[0]
+            try:
+                result = function(*arguments)
+            except BaseException as failed:  # pylint: disable=broad-except
+                result = failed
+            del requests[0]
+            answer.put(result)
+
+
+class _Worker:
+    """A thread that calls functions of the library, one after the other. Not an Executor: that one holds locks while it
+    runs Python code, and a signal handler that comes there and polls would wait for them for ever. Functions of deque,
+    SimpleQueue and _thread are not interrupted."""
+
+    def __init__(self) -> None:
+        self.requests: deque[Any] = deque()  # function, arguments, queue of the result; the first one may be running
+        self.bell: SimpleQueue[Any] = SimpleQueue()
+        # The end of this object rings with the reference, which ends the thread. Python does not wait for the thread at its
+        # own end: _close_forgotten() has ended what it may have called.
+        _thread.start_new_thread(_work, (self.requests, self.bell, weakref.ref(self, self.bell.put)))
+
+
 class Client:
     """A client in a DDS domain; the arguments are those of linegate_options. Raises Error if it cannot connect."""
 
@@ -769,8 +805,8 @@ class Client:
         self._waiting: list[tuple[Callable[[], bool], asyncio.Future[None]]] = []  # checked after each poll of the task
         self._ending = False
         self._delivering = 0  # call-backs that run
-        self._failed: deque[BaseException] = deque()  # what functions that the library called raised
-        self._thread: Optional[ThreadPoolExecutor] = None  # of polls of the main thread
+        self._failed: deque[BaseException] = deque(maxlen=_MOST_FAILED)  # what functions that the library called raised
+        self._worker: Optional[_Worker] = None  # of polls of the main thread
         self._handle: Optional[int] = None
         self._closed = ctypes.c_char()  # no client has its address
         error = ctypes.create_string_buffer(1024)
@@ -798,8 +834,7 @@ class Client:
         if self._handle != closed:
             _checked(_lib.linegate_close(self._handle))
         self._at_end.detach()
-        if self._thread is not None:
-            self._thread.shutdown()
+        self._worker = None
         self._handle = closed  # the address of the client may be that of another one later
         self._callbacks.clear()
         self._due.clear()
@@ -815,12 +850,15 @@ class Client:
         """Receives samples, calls call-backs, and writes held outputs, without an event loop. Returns when something
         was received, or the time has passed; may return early. Call it at least every 100 ms while outputs are held.
         What a call-back raises ends it; the next one continues. A call-back that KeyboardInterrupt or SystemExit ended,
-        as of a signal handler, is called again."""
+        as of a signal handler, is called again. A sample that could not be converted is reported by the exception, after
+        the call-backs."""
         self._forbid_loop()
         _checked(self._poll(_lib.linegate_poll, _milliseconds(timeout)))
         self._free()
         while self._due:
             self._deliver()
+        if self._failed:  # after the call-backs: one sample that always fails must not hold them back
+            raise self._failed.popleft()
 
     def line(self, name: str) -> Line:
         """A line: "LINE", or "GATEWAY/LINE"."""
@@ -975,6 +1013,8 @@ class Client:
 
     def _deliver(self) -> None:
         """The oldest of the call-backs that are due, if it is still wanted."""
+        if not self._due:
+            return  # a signal handler has polled meanwhile
         due = self._due[0]
         del self._due[0]  # after popleft() Python may run a signal handler before it is stored
         if not due[0]:
@@ -989,7 +1029,7 @@ class Client:
             self._delivering -= 1
 
     def _kept(self, function: Callable[..., None]) -> Callable[..., None]:
-        """A function that the library calls. What it raises is kept for _poll(), because ctypes prints and drops it; and it
+        """A function that the library calls. What it raises is kept for poll(), because ctypes prints and drops it; and it
         is called a second time, because the library counts the event as passed on."""
         def call(*arguments: Any) -> None:
             try:
@@ -1006,21 +1046,27 @@ class Client:
         """A function of the library that calls back. Python runs signal handlers in the main thread, before the first
         instruction of any function: what they raise there would be dropped by ctypes, together with the event. Hence
         another thread calls it."""
-        polled: Optional[Future[int]] = None
+        worker = None
         if threading.current_thread() is threading.main_thread() and self._at_end.alive:
-            if self._thread is None:
-                self._thread = ThreadPoolExecutor(1, "linegate")
             try:
-                polled = self._thread.submit(function, self._handle, *arguments)
+                worker = self._worker = self._worker or _Worker()
             except RuntimeError:
                 pass  # Python ends, and starts no thread any more
+        if worker is None:
+            return function(self._handle, *arguments)
+        answer: SimpleQueue[Any] = SimpleQueue()
+        result: Any = None
+        if worker.requests:  # this is a signal handler within a poll, or a poll was interrupted: that one ends
+            _lib.linegate_wake(self._handle)
         try:
-            result = function(self._handle, *arguments) if polled is None else polled.result()
+            worker.requests.append((function, (self._handle, *arguments), answer))
+            worker.bell.put(None)
+            result = answer.get()
         finally:
-            if polled is not None and not polled.done():
+            if result is None:  # nobody waits for it any more, and it would write held outputs
                 _lib.linegate_wake(self._handle)
-        if self._failed:
-            raise self._failed.popleft()
+        if isinstance(result, BaseException):
+            raise result
         return result
 
     def _free(self) -> None:
