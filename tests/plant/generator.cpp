@@ -613,7 +613,8 @@ class Generator {
   }
 
   // A device without guarding requests reports it when it can, and the master has also detected the
-  // loss.
+  // loss. Before, it must be guarded: its life guarding begins with a request since its last reset,
+  // and the return of another device may have delayed requests so long that the line reset it.
   void lose_guarding(unsigned time) {
     for (const Device& device : devices_) {
       if (!device.guarded || !is_calm(device) || (device.mandatory && reacts_)) {
@@ -621,11 +622,11 @@ class Generator {
       }
       const unsigned life_time = device.guard_time * device.life_time_factor;
       const unsigned within = life_time + 2 * device.guard_time;
-      out_ << "at " << time << "ms node " << device.id
-           << " unplugged\nexpect heartbeat-lost node=" << device.id << " by=1 time=" << life_time
-           << " within " << within << "ms\nexpect device " << device.id << " 1001:0 = 17 within "
-           << within << "ms\nat " << time << "ms node " << device.id
-           << " plugged\nexpect emcy node=" << device.id
+      out_ << "expect boot " << device.id << " booted within 15s\nat " << time << "ms node "
+           << device.id << " unplugged\nexpect heartbeat-lost node=" << device.id
+           << " by=1 time=" << life_time << " within " << within << "ms\nexpect device "
+           << device.id << " 1001:0 = 17 within " << within << "ms\nat " << time << "ms node "
+           << device.id << " plugged\nexpect emcy node=" << device.id
            << " code=0x8130 within 500ms\nexpect node " << device.id << " operational within 15s\n";
     }
   }

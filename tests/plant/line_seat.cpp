@@ -33,7 +33,7 @@ LineSeat::LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& 
     outputs->ended(*this, frame, sender, fate);
     const bool reached = fate != sim::Fate::lost;
     if (fate != sim::Fate::disturbed && (sender == end || (reached && bus.connected(end)))) {
-      states->ended(frame, sender == end, reached);
+      states->ended(frame, sender == end, fate);
     }
     return fate;
   });

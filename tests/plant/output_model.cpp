@@ -383,7 +383,7 @@ void OutputModel::pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, b
   }
   if (!by_line) {
     pdo.written_by_others |= fate != sim::Fate::lost;
-    note_shared(pdo);
+    note_shared(pdo, pdo.acknowledged);
     return;
   }
   if (fate != sim::Fate::doubled && !pdo.under_way.empty()) {
@@ -399,16 +399,17 @@ void OutputModel::pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, b
   for (Field& field : pdo.fields) {
     field.overwritten = false;
   }
-  note_shared(pdo);
+  note_shared(pdo, frame);
   DeviceSeat* const device = seat.find(pdo.node);
   pdo.awaits_sync = device != nullptr && is_synchronous(*device, pdo.number);
   pdo.unconfirmed =
       device != nullptr && !is_operational(seat, *device) && !nodes_[pdo.node].confirmed;
 }
 
-// A frame of the PDO ended: the other RPDOs that carry one of its objects, with another value, no
-// longer show what the device has. A synchronous one that waits for SYNC is processed after it.
-void OutputModel::note_shared(Pdo& pdo) {
+// A frame of the PDO ended, perhaps one that is repeated and not yet acknowledged: the other RPDOs
+// that carry one of its objects, with another value, no longer show what the device has. A
+// synchronous one that waits for SYNC is processed after it.
+void OutputModel::note_shared(Pdo& pdo, const can::Frame& frame) {
   for (Pdo& other : pdos_) {
     if (&other == &pdo || other.node != pdo.node) {
       continue;
@@ -418,7 +419,7 @@ void OutputModel::note_shared(Pdo& pdo) {
       if (same == other.fields.end()) {
         continue;
       }
-      const std::uint64_t has = bits_of(pdo.acknowledged.data, field.frame_bit, field.bits);
+      const std::uint64_t has = bits_of(frame.data, field.frame_bit, field.bits);
       const bool differs = pdo.written_by_others ||
                            has != bits_of(other.acknowledged.data, same->frame_bit, same->bits);
       same->overwritten |= differs;
@@ -571,7 +572,8 @@ std::string OutputModel::compare(LineSeat& seat, Pdo& pdo) {
     const bool excepted = !pdo.under_way.empty() || pdo.awaits_sync || pdo.lost ||
                           pdo.written_by_others || field.overwritten || pdo.unconfirmed ||
                           nodes_[pdo.node].unnoticed ||
-                          (nodes_[pdo.node].restarted_unheard && !nodes_[pdo.node].confirmed);
+                          (nodes_[pdo.node].restarted_unheard &&
+                           (!nodes_[pdo.node].confirmed || nodes_[pdo.node].guarded));
     if (std::string text = excepted ? std::string() : compare_device(seat, field, shown, pdo.node);
         !text.empty()) {
       return name + text;

@@ -56,7 +56,9 @@
 //     of the device: on a bus without acknowledgements it waits for all frames with a lower
 //     identifier, also for NMT commands, SYNC messages and PDOs of the line, and nothing that the
 //     line can receive shows the restart before. An NMT command of the line does not end this
-//     exception, because it changes the NMT state and not the PDOs of the device.
+//     exception, because it changes the NMT state and not the PDOs of the device. The same for a
+//     guarded device: it answers requests after a restart as if it had left Operational by itself,
+//     if the toggle bit is the expected one.
 //   - The device was not Operational when the frame passed, and the state that the line showed
 //     followed from a command of its own that no heartbeat or guard response had confirmed (a
 //     device without error control that missed the NMT start): until the next frame of the PDO.
@@ -166,7 +168,7 @@ class OutputModel {
   };
 
   void pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, bool by_line, sim::Fate fate);
-  void note_shared(Pdo& pdo);
+  void note_shared(Pdo& pdo, const can::Frame& frame);
   void follow_command(const can::Frame& frame, std::uint8_t id);
   void state_ended(LineSeat& seat, const can::Frame& frame);
   void withdraw(std::uint8_t node);

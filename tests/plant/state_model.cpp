@@ -92,17 +92,22 @@ void StateModel::sends(const can::Frame& frame) {
   }
 }
 
-void StateModel::ended(const can::Frame& frame, bool by_line, bool reached) {
+void StateModel::ended(const can::Frame& frame, bool by_line, sim::Fate fate) {
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
   if (!control) {
     return;
   }
   const auto is_it = [&control](const Submitted& each) {
-    return each.control.command == control->command && each.control.node == control->node;
+    return !each.ended && each.control.command == control->command &&
+           each.control.node == control->node;
   };
   const auto own = std::ranges::find_if(submitted_, is_it);
-  const std::uint64_t number = by_line && own != submitted_.end() ? own->number : 0;
-  commands_.push_back({.control = *control, .number = number, .reached = reached});
+  std::uint64_t number = 0;
+  if (by_line && own != submitted_.end()) {
+    number = own->number;
+    own->ended = fate != sim::Fate::doubled;
+  }
+  commands_.push_back({.control = *control, .number = number, .reached = fate != sim::Fate::lost});
 }
 
 void StateModel::flushed() {

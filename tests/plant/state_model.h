@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "bridges/sim/bus.h"
 #include "stack/can/frame.h"
 #include "stack/line/line.h"
 #include "stack/nmt/node_control.h"
@@ -37,9 +38,8 @@ class StateModel {
   // Call it when the line sends the frame. The boot-up message of a node that it resets may be
   // lost.
   void sends(const can::Frame& frame);
-  // The frame ended on the bus and was sent by the line, or received by it. reached: the devices
-  // received it.
-  void ended(const can::Frame& frame, bool by_line, bool reached);
+  // The frame ended on the bus and was sent by the line, or received by it.
+  void ended(const can::Frame& frame, bool by_line, sim::Fate fate);
   // The submitted frames of the line are discarded.
   void flushed();
   // The line is stopped: states by earlier commands remain valid.
@@ -87,6 +87,7 @@ class StateModel {
   struct Submitted {
     nmt::NodeControl control;
     std::uint64_t number = 0;
+    bool ended = false;  // it may be reported later, when another frame that it overtook has ended
   };
 
   std::string compare(const line::NodeState& said, Instant now) const;
