@@ -155,19 +155,45 @@ Duration RestartPauses::after(Duration ran) {
   return pause;
 }
 
+void ProgressLimit::begin(Instant start) {
+  if (has_started()) {
+    to_start_ = kToStart;
+  } else if (std::ranges::any_of(seen_,
+                                 [&](const Seen& seen) { return seen.unchanged >= to_start_; })) {
+    to_start_ = std::min(2 * to_start_, kLongestToStart);
+  }
+  seen_.clear();
+  asked_ = start;
+}
+
+bool ProgressLimit::has_started() const {
+  return !seen_.empty() &&
+         std::ranges::all_of(seen_, [](const Seen& seen) { return seen.value != 0; });
+}
+
+void ProgressLimit::note_interval(Duration interval) {
+  constexpr int kDecay = 64;  // it is halved in a few seconds
+  longest_interval_ = std::max(interval, longest_interval_ - longest_interval_ / kDecay);
+}
+
 bool ProgressLimit::look(std::span<const std::uint64_t> counters, Instant now) {
   const Duration since = now - std::exchange(asked_, now);
   LINEGATE_ASSERT(since >= Duration::zero(), "the calls are in the order of time");
   seen_.resize(counters.size());
+  const Duration to_continue =
+      std::clamp<Duration>(kMargin * longest_interval_, kToContinue, kLongestToContinue);
   bool good = true;
   for (std::size_t i = 0; i < counters.size(); ++i) {
     Seen& seen = seen_[i];
-    if (std::exchange(seen.value, counters[i]) != counters[i]) {
+    const std::uint64_t before = std::exchange(seen.value, counters[i]);
+    seen.unchanged += std::min(since, kOwnDelay);
+    if (before != counters[i]) {
+      if (before != 0) {
+        note_interval(seen.unchanged);
+      }
       seen.unchanged = {};
-    } else {
-      seen.unchanged += std::min(since, kOwnDelay);
     }
-    good = good && seen.unchanged < (counters[i] == 0 ? kToStart : kToContinue);
+    good = good && seen.unchanged < (counters[i] == 0 ? to_start_ : to_continue);
   }
   return good;
 }
@@ -175,7 +201,7 @@ bool ProgressLimit::look(std::span<const std::uint64_t> counters, Instant now) {
 // One start of the process.
 struct EdgeProcess::Child {
   explicit Child(std::uint64_t start_number, Instant start)
-      : number(start_number), started(start), progress(start) {}
+      : number(start_number), started(start) {}
 
   const std::uint64_t number;
   exchange::SharedRings rings;
@@ -188,7 +214,6 @@ struct EdgeProcess::Child {
   std::string statm;  // see memory_size()
   Descriptor pidfd;
   const Instant started;
-  ProgressLimit progress;
   std::string line;       // incomplete line of its output
   std::string killed_as;  // why this process has ended it; empty: it has not
   event::ProcessEnd killed_for{};
@@ -358,6 +383,7 @@ void EdgeProcess::finish(Duration limit) {
 bool EdgeProcess::start() {
   LINEGATE_ASSERT(present() == nullptr, "the process before has ended");
   auto child = std::make_shared<Child>(++started_, monotonic_now());
+  progress_.begin(child->started);
   auto [socket, socket_of_child] = make_sockets();
   auto [output, output_of_child] = make_pipe();
   fcntl(output.get(), F_SETFL, O_NONBLOCK);
@@ -523,7 +549,7 @@ void EdgeProcess::report_end(const Child& child, const siginfo_t& end, Instant n
 // Empty: there is none. A process that was asked to end need not show progress.
 std::string EdgeProcess::reason_to_kill(Child& child, Instant now) {
   const std::array counters{child.rings.progress(0), child.rings.progress(1)};
-  const bool progress = child.progress.look(counters, now);
+  const bool progress = progress_.look(counters, now);
   child.killed_for = event::ProcessEnd::memory;
   if (std::string excess = excess_of_memory(child); !excess.empty()) {
     return excess;

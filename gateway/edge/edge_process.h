@@ -47,15 +47,26 @@ class RestartPauses {
 };
 
 // Whether a process makes progress, from counters that it increments.
+//
+// A process that hangs stops at once. One that lacks processors, as in a virtual machine whose host
+// is overloaded, becomes slower before, and must not be replaced again and again: that would cost
+// even more. So the limit grows with the intervals between its steps, and the time to start grows
+// with each process that did not manage to.
 class ProgressLimit {
  public:
   // From the start of the process to its first progress, and later from one to the next.
   static constexpr Duration kToStart = std::chrono::seconds(15);
   static constexpr Duration kToContinue = std::chrono::milliseconds(1'500);
+  // The same for slow processes, at most.
+  static constexpr Duration kLongestToStart = std::chrono::seconds(60);
+  static constexpr Duration kLongestToContinue = std::chrono::seconds(10);
+  // The limit is at least that many times the longest one of the last intervals.
+  static constexpr int kMargin = 4;
   // Time between two calls beyond which this process itself was late, so that nothing follows.
   static constexpr Duration kOwnDelay = std::chrono::milliseconds(500);
 
-  explicit ProgressLimit(Instant start) : asked_(start) {}
+  // Another process is started at that time. Call it before look().
+  void begin(Instant start);
 
   // Returns false if one of the counters has not changed for too long. Call it several times a
   // second.
@@ -66,8 +77,13 @@ class ProgressLimit {
     std::uint64_t value = 0;
     Duration unchanged{};
   };
-  std::vector<Seen> seen_;
-  Instant asked_;
+  bool has_started() const;
+  void note_interval(Duration interval);
+
+  std::vector<Seen> seen_;  // of the present process
+  Instant asked_{};
+  Duration to_start_ = kToStart;
+  Duration longest_interval_{};  // it decays
 };
 
 // Memory that the process receives by two descriptors.
@@ -188,6 +204,7 @@ class EdgeProcess {
   exchange::Flag finishing_;
   exchange::Flag kill_;
   RestartPauses pauses_;
+  ProgressLimit progress_;
   Instant start_due_{};
   Options::Condition condition_ = Options::Condition::waits;
   std::thread thread_;

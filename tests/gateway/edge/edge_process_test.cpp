@@ -38,6 +38,8 @@ TEST(RestartPauses, DoubleWhileAProcessDiesSoonAndEndWhenOneRanForLong) {
 
 class ProgressLimitTest : public testing::Test {
  protected:
+  ProgressLimitTest() { limit_.begin(now_); }
+
   // Looks every 200 ms while `time` passes; returns the last result.
   bool pass(Duration time, std::array<std::uint64_t, 2> counters) {
     bool good = true;
@@ -47,14 +49,31 @@ class ProgressLimitTest : public testing::Test {
     }
     return good;
   }
+  // Both counters change each time after that interval. Returns the last result.
+  bool step(Duration interval, int times) {
+    bool good = true;
+    for (; times > 0 && good; --times) {
+      good = pass(interval, {step_, step_});
+      ++step_;
+    }
+    return good;
+  }
+  // How long the process hangs until that is found.
+  Duration hang() {
+    const Instant begin = now_;
+    while (pass(200ms, {step_, step_})) {
+    }
+    return now_ - begin;
+  }
 
   Instant now_{Duration{1s}};
-  ProgressLimit limit_{now_};
+  std::uint64_t step_ = 1;
+  ProgressLimit limit_;
 };
 
 TEST_F(ProgressLimitTest, EachCounterMustChange) {
-  EXPECT_TRUE(pass(1s, {1, 1}));
-  EXPECT_TRUE(pass(1s, {2, 2}));
+  EXPECT_TRUE(pass(200ms, {1, 1}));
+  EXPECT_TRUE(pass(200ms, {2, 2}));
   EXPECT_FALSE(pass(2s, {3, 2}));
 }
 
@@ -64,9 +83,57 @@ TEST_F(ProgressLimitTest, AHangIsFoundWithin2Seconds) {
   EXPECT_FALSE(pass(200ms, {1, 1}));
 }
 
+// Slower and slower, as on a machine where others take the processors.
+TEST_F(ProgressLimitTest, AProcessThatBecomesSlowerDoesNotHang) {
+  for (const Duration interval : {400ms, 1'000ms, 2'800ms, 6'000ms}) {
+    EXPECT_TRUE(step(interval, 5)) << interval.count();
+  }
+  EXPECT_GE(hang(), 8s);
+}
+
+TEST_F(ProgressLimitTest, TheLimitOfASlowProcessIsBounded) {
+  EXPECT_TRUE(step(1'000ms, 3) && step(3'600ms, 3) && step(9'600ms, 3));
+  EXPECT_LE(hang(), ProgressLimit::kLongestToContinue + 200ms);
+}
+
+TEST_F(ProgressLimitTest, AfterSlownessAHangIsFoundWithin2SecondsAgain) {
+  EXPECT_TRUE(step(1'000ms, 5));
+  EXPECT_TRUE(step(200ms, 200));
+  EXPECT_LE(hang(), 2s);
+}
+
+TEST_F(ProgressLimitTest, TheNextProcessOfASlowMachineHasItsLimit) {
+  EXPECT_TRUE(step(1'000ms, 5));
+  limit_.begin(now_);
+  EXPECT_TRUE(pass(200ms, {1, 1}));
+  EXPECT_TRUE(pass(2'400ms, {1, 1}));
+}
+
 TEST_F(ProgressLimitTest, TheStartMayTakeLonger) {
   EXPECT_TRUE(pass(14s, {0, 0}));
   EXPECT_FALSE(pass(2s, {0, 0}));
+}
+
+TEST_F(ProgressLimitTest, TheStartAfterOneThatFailedMayTakeTwiceAsLong) {
+  EXPECT_FALSE(pass(20s, {0, 0}));
+  limit_.begin(now_);
+  EXPECT_TRUE(pass(29s, {0, 0}));
+  EXPECT_FALSE(pass(2s, {0, 0}));
+  for (int i = 0; i < 5; ++i) {
+    limit_.begin(now_);
+    EXPECT_FALSE(pass(61s, {0, 0}));
+  }
+  limit_.begin(now_);
+  EXPECT_TRUE(pass(59s, {0, 0}));
+  EXPECT_TRUE(pass(200ms, {1, 1}));
+  limit_.begin(now_);
+  EXPECT_FALSE(pass(16s, {0, 0}));
+}
+
+TEST_F(ProgressLimitTest, AProcessThatDiesAtItsStartDoesNotExtendIt) {
+  EXPECT_TRUE(pass(1s, {0, 0}));
+  limit_.begin(now_);
+  EXPECT_FALSE(pass(16s, {0, 0}));
 }
 
 TEST_F(ProgressLimitTest, ADelayOfThisProcessIsNotOneOfTheOther) {
