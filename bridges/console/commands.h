@@ -39,6 +39,8 @@ struct Context {
   bool utc = false;  // print times in UTC instead of local time; JSON always has UTC
   Duration wait = std::chrono::seconds(5);     // for the discovery of a gateway
   Duration timeout = std::chrono::seconds(5);  // for an answer
+  // For a name that a gateway does not have: since all of its lines are received
+  Duration quiet = std::chrono::seconds(2);
   DdsSettings dds{};
 };
 

@@ -94,6 +94,17 @@ bool is_settled(const Context& context, const Model& model) {
          missing_lines(model, discovery.gateways).empty();
 }
 
+bool has_all_lines(const Context& context, const Model& model, const std::string& gateway) {
+  ReceivedGateway received;
+  for (const auto& [id, line] : model.lines()) {
+    if (id.gateway == gateway && !line.gone && line.view) {
+      note(received, *line.view);
+    }
+  }
+  return received.announced > 0 && received.lines >= received.announced &&
+         context.client.discovery().unchanged >= kUnchanged;
+}
+
 std::string unsettled_text(const Context& context, const Model& model) {
   const Discovery discovery = context.client.discovery();
   std::string out;

@@ -26,6 +26,11 @@ std::vector<std::string> missing_lines(const Model& model,
 // Whether the rule above holds and there is at least one line.
 bool is_settled(const Context& context, const Model& model);
 
+// Whether all lines that this gateway has were received, and no gateway appeared or left recently:
+// a name that is not among them is none of its names, whatever other gateways there are. False for
+// gateways that do not publish the number of their lines.
+bool has_all_lines(const Context& context, const Model& model, const std::string& gateway);
+
 // What is_settled() still waits for, as a message: "nothing was received of gateway b". Empty if
 // nothing.
 std::string unsettled_text(const Context& context, const Model& model);

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 #include <chrono>
+#include <optional>
 #include <ostream>
 
 #include "bridges/console/discovery.h"
@@ -93,13 +94,14 @@ std::string no_gateway_text(const Context& context) {
          " in `dds:` of its plant.yaml; `linegate doctor` with the same options finds the cause";
 }
 
-std::string no_line_text(const Context& context, const Model& model, const std::string& name) {
+std::string no_line_text(const Context& context, const Model& model, const std::string& name,
+                         const std::string& also) {
   const bool none = model.lines().empty() && model.gateways().empty();
   const std::string unsettled = unsettled_text(context, model);
-  return (none ? no_gateway_text(context)
-          : name.empty()
-              ? "no line was received"
-              : "no line '" + printable(name) + "'; lines found: " + known_lines(model)) +
+  return (none           ? no_gateway_text(context)
+          : name.empty() ? "no line was received"
+                         : "no line '" + printable(name) + "'" + also +
+                               "; lines found: " + known_lines(model)) +
          (unsettled.empty() ? "" : "; " + unsettled);
 }
 
@@ -188,15 +190,58 @@ int completeness(Context& context, const Model& model) {
 }
 
 const Line* find_line(Context& context, Model& model, const std::string& line) {
-  const auto received = [&] {
-    const auto found = model.find(line);
-    return !found.empty() &&
-           std::ranges::all_of(found, [](const Line* one) { return one->view.has_value(); });
-  };
-  const bool full_name = line.find('/') != std::string::npos;
-  const bool certain = full_name ? poll_until(context, model, received)
-                                 : wait_until_settled(context, model, received);
-  return the_one(context, model, line, certain);
+  const Lookup result = look_up(context, model, line, [&] { return is_received(model, line); });
+  return looked_up(context, model, line, result);
+}
+
+bool is_received(const Model& model, const std::string& name) {
+  const auto found = model.find(name);
+  return !found.empty() &&
+         std::ranges::all_of(found, [](const Line* one) { return one->view.has_value(); });
+}
+
+Lookup look_up(Context& context, Model& model, const std::string& name,
+               const std::function<bool()>& condition) {
+  const std::size_t slash = name.find('/');
+  if (slash == std::string::npos) {
+    return wait_until_settled(context, model, condition) ? Lookup::found : Lookup::timed_out;
+  }
+  const std::string gateway = name.substr(0, slash);
+  std::optional<Clock::time_point> since;  // all lines of the gateway are received
+  bool found = false;
+  const bool ended = poll_until(context, model, [&] {
+    found = condition();
+    if (found || !model.find(name).empty() || !has_all_lines(context, model, gateway)) {
+      since.reset();
+      return found;
+    }
+    const auto now = Clock::now();
+    since = since.value_or(now);
+    return now - *since >= context.quiet;
+  });
+  return found ? Lookup::found : ended ? Lookup::absent : Lookup::timed_out;
+}
+
+const Line* looked_up(Context& context, const Model& model, const std::string& name,
+                      Lookup result) {
+  if (result != Lookup::absent) {
+    return the_one(context, model, name, result == Lookup::found);
+  }
+  context.err << absent_text(model, name) << '\n';
+  return nullptr;
+}
+
+std::string absent_text(const Model& model, const std::string& name, const std::string& also) {
+  const std::size_t slash = name.find('/');
+  const std::string gateway = name.substr(0, slash);
+  std::string lines;
+  for (const auto& [id, line] : model.lines()) {
+    if (id.gateway == gateway && !line.gone && line.view) {
+      lines += (lines.empty() ? "" : ", ") + printable(id.line);
+    }
+  }
+  return printable(gateway) + " has no line '" + printable(name.substr(slash + 1)) + "'" + also +
+         "; its lines: " + lines;
 }
 
 bool knows_nodes(const Line& line) {

@@ -41,12 +41,32 @@ int completeness(Context& context, const Model& model);
 // and what to check.
 std::string no_gateway_text(const Context& context);
 // That no line has this name (empty: that there is no line), with the lines found and what was not
-// received; or no_gateway_text().
-std::string no_line_text(const Context& context, const Model& model, const std::string& name);
+// received; or no_gateway_text(). also: what there is not, either: " and no route to network 7".
+std::string no_line_text(const Context& context, const Model& model, const std::string& name,
+                         const std::string& also = "");
 
 // The only line with that name; nullptr after an error message that lists the candidates.
-// "GATEWAY/LINE" is unambiguous as soon as it is received. Other names wait for all gateways.
+// "GATEWAY/LINE" is unambiguous as soon as it is received, and refused once that gateway had all of
+// its lines received for context.quiet, and this one is not among them. Other names wait for all
+// gateways.
 const Line* find_line(Context& context, Model& model, const std::string& line);
+
+// The same in steps, for names that may be something other than a line.
+enum class Lookup {
+  found,      // the condition holds
+  absent,     // the gateway in "GATEWAY/LINE" has nothing of that name
+  timed_out,  // context.wait has passed
+};
+// Waits for the condition, as find_line() does for a line. The condition of a name without a
+// gateway holds once all gateways are received.
+Lookup look_up(Context& context, Model& model, const std::string& name,
+               const std::function<bool()>& condition);
+// Whether a line has that name, and all that have it are received.
+bool is_received(const Model& model, const std::string& name);
+// The line of that name; nullptr after an error message.
+const Line* looked_up(Context& context, const Model& model, const std::string& name, Lookup result);
+// The error message of Lookup::absent, with the lines of the gateway. also: as no_line_text().
+std::string absent_text(const Model& model, const std::string& name, const std::string& also = "");
 
 // Whether the states of all configured nodes of the line were received. Precondition: line.view is
 // set.

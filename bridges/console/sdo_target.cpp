@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <ostream>
+#include <set>
 #include <utility>
 
+#include "bridges/console/discovery.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/routes.h"
 #include "bridges/console/table.h"
@@ -61,12 +63,63 @@ const Line* find_via(Context& context, Model& model, SdoTarget& target, const st
   return line;
 }
 
+// The lines over which a network is reached whose network-ID belongs to no line.
+std::vector<const Line*> ways_to(const Model& model, const std::string& line) {
+  const auto network = remote_network(model, line);
+  return network ? find_ways(model, network->number, network->gateway) : std::vector<const Line*>();
+}
+
+// Whether there is one and, for that of a named gateway, no line that was not received yet has this
+// network-ID or a cheaper route.
+bool has_way(const Context& context, const Model& model, const std::string& line) {
+  const auto network = remote_network(model, line);
+  return network && !find_ways(model, network->number, network->gateway).empty() &&
+         (network->gateway.empty() || has_all_lines(context, model, network->gateway) ||
+          is_settled(context, model));
+}
+
+const Line* own_line(Context& context, Model& model, SdoTarget& target, const Line* line) {
+  target.owner = line;
+  return line != nullptr && resolve_target(context, model, *line, target) ? line : nullptr;
+}
+
+// "5, 10..19": the networks that a gateway reaches, or any.
+std::string reached_networks(const Model& model, const std::string& gateway) {
+  std::set<std::pair<std::uint16_t, std::uint16_t>> networks;
+  for (const KnownRoute& route : routes_of(model)) {
+    if (gateway.empty() || route.gateway == gateway) {
+      networks.emplace(route.first, route.last);
+    }
+  }
+  std::string out;
+  for (const auto& [first, last] : networks) {
+    out += (out.empty() ? "" : ", ") + std::to_string(first) +
+           (first == last ? "" : ".." + std::to_string(last));
+  }
+  return out.empty() ? "none" : out;
+}
+
+// The line of the node, after the wait for it; for a network without a route the error message says
+// so.
+const Line* line_without_way(Context& context, Model& model, SdoTarget& target, Lookup result) {
+  const std::string& line = target.node.line;
+  const auto network = remote_network(model, line);
+  const bool unknown = network && ways_to(model, line).empty() && !model.lines().empty();
+  if (!unknown || result == Lookup::found) {
+    return own_line(context, model, target, looked_up(context, model, line, result));
+  }
+  const std::string also = " and no route to network " + std::to_string(network->number);
+  context.err << (result == Lookup::absent ? absent_text(model, line, also)
+                                           : no_line_text(context, model, line, also))
+              << "; networks " << (network->gateway.empty() ? "that gateways reach" : "it reaches")
+              << ": " << reached_networks(model, network->gateway) << '\n';
+  return nullptr;
+}
+
 }  // namespace
 
 const Line* find_own_line(Context& context, Model& model, SdoTarget& target) {
-  const Line* const line = find_line(context, model, target.node.line);
-  target.owner = line;
-  return line != nullptr && resolve_target(context, model, *line, target) ? line : nullptr;
+  return own_line(context, model, target, find_line(context, model, target.node.line));
 }
 
 const Line* find_target(Context& context, Model& model, SdoTarget& target, const std::string& via) {
@@ -74,22 +127,15 @@ const Line* find_target(Context& context, Model& model, SdoTarget& target, const
     return find_via(context, model, target, via);
   }
   const std::string& line = target.node.line;
-  const auto ways = [&] {
-    const auto network = remote_network(model, line);
-    return network ? find_ways(model, network->number, network->gateway)
-                   : std::vector<const Line*>();
-  };
-  const auto known = [&] {
-    return !ways().empty() || std::ranges::any_of(model.find(line), [](const Line* one) {
-      return one->view.has_value();
-    });
-  };
-  if (target.node.own || !wait_until_settled(context, model, known)) {
+  if (target.node.own) {
     return find_own_line(context, model, target);
   }
-  const std::vector<const Line*> found = ways();
-  if (found.empty()) {
-    return find_own_line(context, model, target);
+  const Lookup result = look_up(context, model, line, [&] {
+    return is_received(model, line) || has_way(context, model, line);
+  });
+  const std::vector<const Line*> found = ways_to(model, line);
+  if (result != Lookup::found || found.empty()) {
+    return line_without_way(context, model, target, result);
   }
   if (!target.node.name.empty() || target.node.all) {
     context.err << "the nodes of network " << line << " are not known here: give the node-ID\n";

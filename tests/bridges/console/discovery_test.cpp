@@ -3,6 +3,7 @@
 // received late.
 #include "bridges/console/discovery.h"
 
+#include <chrono>
 #include <functional>
 #include <initializer_list>
 #include <string>
@@ -160,6 +161,72 @@ TEST_F(DiscoveryTest, ANodeThatAnObserverNeverHeardIsWaitedForToo) {
   gateway_.unheard = {.name = "ram", .state = {.node = 5, .configured = true}};
   EXPECT_EQ(nodes(context_, "plant/press"), kDone);
   EXPECT_THAT(out_.str(), HasSubstr("ram"));
+}
+
+// Such a command would otherwise wait until the test times out.
+class NameThatAGatewayDoesNotHave : public DiscoveryTest {
+ protected:
+  NameThatAGatewayDoesNotHave() {
+    context_.wait = std::chrono::hours(1);
+    context_.quiet = Duration::zero();
+    gateway_.plant = line_of_gateway("1", "other");  // which is never received
+    gateway_.plant.properties.emplace_back("routes-0", "3 press 0,10..19 press:5 10,7 press:6 20");
+  }
+};
+
+TEST_F(NameThatAGatewayDoesNotHave, IsRefusedWithoutTheOtherGateways) {
+  EXPECT_EQ(read("plant/pres:5"), kFailed);
+  EXPECT_EQ(err_.str(), "plant has no line 'pres'; its lines: press\n");
+  err_.str("");
+  EXPECT_EQ(object_write(context_, "plant/20:5", "1000", "0", "u32", "1", false), kFailed);
+  EXPECT_EQ(err_.str(), "plant has no line '20'; its lines: press\n");
+  EXPECT_THAT(gateway_.asked, IsEmpty());
+}
+
+TEST_F(NameThatAGatewayDoesNotHave, OfANetworkIsRefusedWithTheRoutes) {
+  EXPECT_EQ(read("plant/20:5"), kFailed);
+  EXPECT_EQ(err_.str(),
+            "plant has no line '20' and no route to network 20; its lines: press; networks it "
+            "reaches: 3, 7, 10..19\n");
+  EXPECT_EQ(read("plant/7:5"), kDone);
+  EXPECT_THAT(gateway_.asked, ElementsAre(test::kPress));
+}
+
+TEST_F(NameThatAGatewayDoesNotHave, IsWaitedForWhileALineIsNotReceived) {
+  context_.wait = std::chrono::milliseconds(1);
+  gateway_.plant.properties[0].second = "2";
+  EXPECT_EQ(read("plant/hall:5"), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("no line 'plant/hall'; lines found: press (gateway plant)"));
+  err_.str("");
+  EXPECT_EQ(read("plant/7:5"), kFailed) << "that line may have this network-ID";
+  gateway_.plant.properties[0].second = "1";
+  gateway_.discovered.unchanged = Duration::zero();
+  err_.str("");
+  EXPECT_EQ(read("plant/hall:5"), kFailed) << "gateways have recently appeared or left";
+  EXPECT_THAT(err_.str(), HasSubstr("no line 'plant/hall'"));
+}
+
+TEST_F(NameThatAGatewayDoesNotHave, IsWaitedForIfItsGatewayIsNotReceived) {
+  context_.wait = std::chrono::milliseconds(1);
+  EXPECT_EQ(read("other/press:5"), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("no line 'other/press'; lines found: press (gateway plant)"));
+}
+
+TEST_F(NameThatAGatewayDoesNotHave, IsFoundIfItComesWithin) {
+  context_.quiet = std::chrono::hours(2);
+  gateway_.other_after = 3;
+  EXPECT_EQ(read("other/press:5"), kDone);
+  EXPECT_THAT(gateway_.asked, ElementsAre(kOtherPress));
+}
+
+// Polls until the wait has passed are counted: a second wait would double them.
+TEST_F(DiscoveryTest, ANetworkWithoutARouteIsWaitedForOnce) {
+  context_.wait = Duration::zero();
+  EXPECT_EQ(read("20:5"), kFailed);
+  EXPECT_EQ(gateway_.polls, 1);
+  EXPECT_EQ(err_.str(),
+            "no line '20' and no route to network 20; lines found: press (gateway plant); nothing "
+            "was received of gateway other; networks that gateways reach: none\n");
 }
 
 TEST(MissingLines, AreThoseThatGatewaysNameAsFarAsTheListHasRoom) {

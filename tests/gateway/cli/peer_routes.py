@@ -4,17 +4,19 @@
 are read and written; the rules of the other gateway hold; kill -9, SIGTERM, a cut network and a second gateway of the same
 name during a write never make it a refusal, nor carry it out later or twice; a loop of routes ends.
 
-peer_routes.py LINEGATED LINEGATE PROCESS   PROCESS: of the DDS of hall-a, same or own
+peer_routes.py LINEGATED LINEGATE CLIENT PROCESS   CLIENT: the library liblinegate-client.so; PROCESS: of the DDS of
+                                                   hall-a, same or own
 """
 
 import json
 import os
 import signal
 import subprocess
+import sys
 import time
 
 from doctor import DOMAIN, Setup
-from plant_process import EDS, PATIENCE, Failure, expect, run_test, until, write
+from plant_process import EDS, PATIENCE, SOURCES, Failure, expect, run_test, until, write
 
 IO = f"{{id: 5, name: io, eds: {EDS}/digital-io.eds}}"
 # Node 99 does not exist: a write to it is under way until its time-out.
@@ -48,16 +50,37 @@ routes:
 lines:
   - {name: hall, interface: "simulated:", network_id: 1, access: all}
 """
+# One client writes eight values to network 9, each without waiting for the one before. It reports each value that was sent, and
+# then the outcome of each.
+WRITES = """
+import sys, time, linegate
+with linegate.Client(domain=int(sys.argv[1]), profile=sys.argv[2]) as client:
+    line = client.line("hall-a/hall")
+    assert line.wait(60)
+    commands, calls = linegate.commands.Commands(line), {}
+    for value in range(100, 108):
+        calls[value] = commands.write_network(9, 5, 0x6200, 1, bytes([value]), timeout=10)
+        client.poll(0.05)
+        print("sent", value, flush=True)
+    for value, call in calls.items():
+        try:
+            call.result()
+            print(value, "done", flush=True)
+        except linegate.Error as error:
+            print(value, error, flush=True)
+"""
 CUT = 2.5  # seconds: longer than the time-out of the route to quick, shorter than the lease of a participant
 VENDOR = "47 4C 00 00"
 # What the console prints for abort codes.
 TIMEOUT, READ_ONLY, NO_OBJECT = "SDO protocol timed out", "attempt to write a read-only object", "object does not exist"
 NOT_PERMITTED, NO_ROUTE = "local control", "invalid value for parameter"
+NO_LINE = "hall-a has no line '7' and no route to network 7; its lines: hall; networks it reaches: "
 
 
 class Halls(Setup):
-    def __init__(self, folder, linegated, linegate, process):
+    def __init__(self, folder, linegated, linegate, library, process):
         super().__init__(folder, linegated, linegate)
+        self.library = library
         self.b, self.a = self.connected()
         self.plant_a = PLANT_A.replace("PROCESS", process)
 
@@ -107,7 +130,7 @@ class Halls(Setup):
 
 
 def said(console):
-    return "".join(console.communicate(timeout=2 * PATIENCE)).strip()  # it waits that long for the line, and then ends
+    return "".join(console.communicate(timeout=2 * PATIENCE)).strip()
 
 
 class Writing:
@@ -175,20 +198,19 @@ def is_killed(halls, b):
 
 def is_cut(halls):
     """Writes that are on their way when the network is cut are carried out in time, or not at all."""
-    consoles = {}
-    for value in range(100, 108):
-        consoles[value] = halls.start_write("9:5", value)
-        time.sleep(0.1)
+    python = os.path.join(SOURCES, "bridges", "client", "python")
+    client = halls.a.start(sys.executable, "-B", "-c", WRITES, DOMAIN, halls.profiles, stdout=subprocess.PIPE, text=True,
+                           env={**os.environ, "PYTHONPATH": python, "LINEGATE_CLIENT_LIBRARY": halls.library})
+    while (told := client.stdout.readline()) != "sent 103\n":
+        expect(f"the client sends, and says {told}", told.startswith("sent "), True)
     halls.b.run("ip", "link", "set", "eth0", "down")
     begin = time.monotonic()
     before = halls.value("quick")
     time.sleep(max(0, begin + CUT - time.monotonic()))
     halls.b.run("ip", "link", "set", "eth0", "up")
-    ends = {value: said(console) for value, console in consoles.items()}
-    done = {str(value) for value, told in ends.items() if not told}
-    # A console that had not found the line before the cut may not find it afterwards, and has written nothing.
-    expect(f"the other ends: {ends}",
-           all(told in ("", TIMEOUT) or told.startswith(("linegate: no ", "no ")) for told in ends.values()), True)
+    ends = dict(line.split(" ", 1) for line in client.communicate(timeout=PATIENCE)[0].splitlines() if not line.startswith("sent"))
+    done = {value for value, told in ends.items() if told == "done"}
+    expect(f"the ends: {ends}", len(ends) == 8 and all(told == "done" or TIMEOUT in told for told in ends.values()), True)
     halls.reads(9)
     time.sleep(1)
     expect(f"the value is {before} as at the cut, or one of those that were written, {done}",
@@ -208,7 +230,7 @@ def is_reloaded(halls, a):
     text = halls.plant_a
     routes = text.index("routes:"), text.index("lines:")
     reload(f"{text[:routes[0]]}routes: [{{to: 70, via: hall:9}}]\n{text[routes[1]:]}")
-    until("no route leads to network 7", lambda: VENDOR not in halls.sdo("read", "hall-a/7:5", "1018:01"))
+    until("no route leads to network 7", lambda: NO_LINE in halls.sdo("read", "hall-a/7:5", "1018:01"))
     reload(text)
     halls.reads(7)
     expect("no write became uncertain", halls.unanswered(), before)
@@ -229,8 +251,8 @@ def ends(halls, a):
         expect("hall-a ends", a.wait(timeout=PATIENCE), 0)
 
 
-def test(folder, linegated, linegate, process):
-    halls = Halls(folder, linegated, linegate, process)
+def test(folder, linegated, linegate, library, process):
+    halls = Halls(folder, linegated, linegate, library, process)
     try:
         a = halls.start(halls.a, "a", halls.plant_a)
         b = halls.start_b()
