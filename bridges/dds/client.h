@@ -136,6 +136,11 @@ struct ClientOptions {
   std::shared_ptr<DiscoveryRecord> record{};
   // Pause before an unanswered request is repeated
   Duration retry = std::chrono::milliseconds(250);
+  // Makes the participant anew when the host gets an address that the present one was created
+  // without: Fast DDS 2.9.1 uses the interfaces that have a carrier and an address at that moment,
+  // and no other for ever (participant_change.h). Not over TCP. Then peers(), longest_stall() and
+  // guard_counters() may be called from the thread of poll() alone.
+  bool follow_interfaces = false;
   // The client is part of a gateway. Events are passed on only of the participant that publishes
   // the state of their line (event_filter.h), without text and properties. Its requests are carried
   // out at most once, and not after their time-outs (request_tracker.h); a request that is not
@@ -157,6 +162,11 @@ class Client {
   std::size_t poll(Duration timeout, ClientListener& listener);
   // Ends the present poll(), or the next one. From any thread.
   void wake();
+
+  // With follow_interfaces: poll() makes another participant, as if the host got an address.
+  void change_participant();
+  // The number of the participant that is used, from 1.
+  std::uint64_t participants() const;
 
   // The line begins after that event (ReceivedEvent::stream and number): what follows it was
   // missed. Call it before the first poll(). Only with complete_events.

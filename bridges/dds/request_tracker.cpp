@@ -115,6 +115,27 @@ RequestTracker::Done RequestTracker::finish(std::map<std::uint64_t, Waiting>::it
   return done;
 }
 
+std::uint64_t RequestTracker::participant_of(std::uint64_t id) const {
+  const auto found = waiting_.find(id);
+  return found == waiting_.end() ? 0 : found->second.request.participant;
+}
+
+bool RequestTracker::has_requests_of(std::uint64_t participant) const {
+  return std::ranges::any_of(
+      waiting_, [&](const auto& entry) { return entry.second.request.participant == participant; });
+}
+
+void RequestTracker::move(std::uint64_t from, std::uint64_t to) {
+  for (auto& [id, waiting] : waiting_) {
+    Request& request = waiting.request;
+    const bool may_repeat =
+        waiting.sent == 0 ||
+        (request::only_reads(request::kind(request.request)) && waiting.result.bytes.empty());
+    if (request.participant == from && may_repeat)
+      request.participant = to;
+  }
+}
+
 const Request* RequestTracker::due(Instant now) {
   for (auto& [id, waiting] : waiting_) {
     if (waiting.send_at > now)

@@ -31,6 +31,9 @@ struct Request {
   Instant deadline{};  // time at which the request times out
   // The gateway must not carry it out twice, nor after the deadline: see RequestTracker.
   bool once = false;
+  // The number of the participant of the client that sends it: gateways tell participants apart,
+  // so another one would have it carried out again.
+  std::uint64_t participant = 0;
 };
 
 // Of a request that is to be carried out once (Request::once): so long DDS may repeat a sample that
@@ -74,6 +77,12 @@ class RequestTracker {
   Done refuse(std::uint64_t id, std::string text);
   // Ends a request without a result; no effect if it is not pending.
   void cancel(std::uint64_t id) { waiting_.erase(id); }
+  // The participant that sends the request; 0: it is not pending.
+  std::uint64_t participant_of(std::uint64_t id) const;
+  bool has_requests_of(std::uint64_t participant) const;
+  // Requests that another participant may send: those that were not sent yet, and those that only
+  // read and have no part of their answers.
+  void move(std::uint64_t from, std::uint64_t to);
   // Number of replies to pending requests that were ignored because of their sender.
   std::uint64_t foreign() const { return foreign_; }
 

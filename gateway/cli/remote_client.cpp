@@ -216,6 +216,7 @@ Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOp
   client.events = options.events;
   client.commands = options.commands;
   client.outputs = options.outputs;
+  client.follow_interfaces = true;
   auto made = dds::Client::make(client);
   out.diagnostics.insert(out.diagnostics.end(), made.diagnostics.begin(), made.diagnostics.end());
   if (made.value) {

@@ -82,6 +82,7 @@ std::shared_ptr<Core> connect(const Options& options) {
   client.commands = !options.read_only;
   client.outputs = !options.read_only;
   client.output_strength = options.strength;
+  client.follow_interfaces = true;
   client.network = {.interfaces = options.interfaces,
                     .peers = options.peers,
                     .servers = options.discovery_servers,

@@ -89,6 +89,28 @@ TEST_F(Tracker, AnAnswerEndsIt) {
   EXPECT_EQ(tracker.next_wake(), kNever);
 }
 
+TEST_F(Tracker, AnotherParticipantSendsWhatNoGatewayCanCarryOutTwice) {
+  const auto add = [&](std::uint64_t id, const line::Request& what) {
+    Request request = request_with();
+    request.id = id;
+    request.request = what;
+    request.participant = 1;
+    tracker.add(request, kStart);
+  };
+  add(7, line::SdoWrite{.node = 1});
+  add(8, line::SdoRead{.node = 1});
+  (void)sent_at(0);
+  add(9, line::SdoWrite{.node = 1});
+  tracker.move(1, 2);
+  EXPECT_EQ(tracker.participant_of(7), 1U) << "it was sent";
+  EXPECT_EQ(tracker.participant_of(8), 2U) << "it only reads";
+  EXPECT_EQ(tracker.participant_of(9), 2U) << "it was not sent yet";
+  EXPECT_EQ(tracker.participant_of(10), 0U);
+  EXPECT_TRUE(tracker.has_requests_of(1));
+  tracker.cancel(7);
+  EXPECT_FALSE(tracker.has_requests_of(1));
+}
+
 TEST_F(Tracker, ALongAnswerIsFetchedInRounds) {
   const auto data = known::pattern(100'000, 2);
   tracker.add(request_with(), kStart);
