@@ -21,6 +21,9 @@ namespace linegate::line {
 
 class FramesUnderWay {
  public:
+  // Awaited::number of a lost frame
+  static constexpr std::uint64_t kLost = std::numeric_limits<std::uint64_t>::max();
+
   // What a command waits for: a frame with the newest values of that TPDO, or a later sample of
   // them; with tpdo 0 exactly this frame, once.
   struct Awaited {
@@ -61,9 +64,13 @@ class FramesUnderWay {
     bool is_handed_out() const {
       return std::ranges::any_of(frames, [](const Awaited& frame) { return frame.number != 0; });
     }
+    // No frame will have the value: it was replaced by a reset, and its frames were lost.
+    bool is_gone() const {
+      return !frames.empty() && std::ranges::all_of(frames, [](const Awaited& frame) {
+        return frame.is_only && frame.number == kLost;
+      });
+    }
   };
-  // Awaited::number of a lost frame
-  static constexpr std::uint64_t kLost = std::numeric_limits<std::uint64_t>::max();
   static constexpr std::size_t kMost = 1024;  // waiting commands
 
   // Acknowledgements will be reported. Without this call each frame counts as acknowledged when it

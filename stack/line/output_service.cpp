@@ -313,6 +313,10 @@ void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
     return;
   }
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
+  if (sending.is_gone()) {
+    host().refuse(sending.command, Refusal::wrong_state, now);
+    return;
+  }
   if (sending.any_frame) {  // an object of the own node
     const PdoWait on_the_way = sending.is_handed_out() || stuck ? PdoWait::bus : PdoWait::turn;
     const PdoWait wait = own == nmt::State::operational ? on_the_way : PdoWait::operational;

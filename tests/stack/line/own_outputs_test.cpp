@@ -269,7 +269,8 @@ TEST_F(OwnOutputsTest, ASingleWriteIsNotAnsweredByAFrameWithTheDefaultOfAReset) 
   EXPECT_TRUE(answer().ok()) << "the NMT command";
 }
 
-TEST_F(OwnOutputsTest, ASingleWriteWhoseFrameIsLostInAResetWaitsForTheBus) {
+// Nothing sends the value any more, so it waits for nothing.
+TEST_F(OwnOutputsTest, ASingleWriteWhoseFrameIsLostInAResetIsRefused) {
   run();
   write_by_hand(kOwnResult, 4);
   ASSERT_THAT(hand_out(), ElementsAre("3AA#04000000"));
@@ -277,6 +278,15 @@ TEST_F(OwnOutputsTest, ASingleWriteWhoseFrameIsLostInAResetWaitsForTheBus) {
   line_->lost(given_, given_);
   settle();
   EXPECT_FALSE(is_answered());
+  pass(kSendTime);
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+}
+
+TEST_F(OwnOutputsTest, ASingleWriteWhoseFrameIsUnderWayInAResetWaitsForTheBus) {
+  run();
+  write_by_hand(kOwnResult, 4);
+  ASSERT_THAT(hand_out(), ElementsAre("3AA#04000000"));
+  command_own(nmt::Command::reset_node);
   pass(kSendTime);
   EXPECT_EQ(answer().data, (ReplyData{WrittenByPdo{10, PdoWait::bus}}));
 }
