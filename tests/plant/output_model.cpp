@@ -32,14 +32,16 @@ constexpr Duration kBootPause = std::chrono::seconds(2);
 constexpr char kNotConfigured = 'J';
 constexpr char kNoErrorControl = 'K';  // the node is configured
 
-// A heartbeat, guard response or boot-up message with a valid state.
+// A heartbeat, guard response or boot-up message with a valid state. A node in Initialising answers
+// no guarding, so 80h is none.
 bool is_state_message(const can::Frame& frame) {
   constexpr std::array kStates{0x00, 0x04, 0x05, 0x7F};
   const auto is_said = [&frame](int state) {
     return (frame.data[0] & std::byte{0x7F}) == std::byte(state);
   };
   return (frame.id & ~std::uint32_t{can::kMaxNodeId}) == can::kErrorControlBase &&
-         frame.standard_of(1) && std::ranges::any_of(kStates, is_said);
+         frame.standard_of(1) && frame.data[0] != std::byte{0x80} &&
+         std::ranges::any_of(kStates, is_said);
 }
 
 bool is_boot_up(const can::Frame& frame) {
