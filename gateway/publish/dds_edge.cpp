@@ -10,6 +10,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "bridges/dds/address_watch.h"
 #include "bridges/dds/event_codec.h"
 #include "bridges/dds/exposure.h"
 #include "bridges/dds/guard/report.h"
@@ -19,6 +20,7 @@
 #include "bridges/dds/values.h"
 #include "gateway/config/plan_difference.h"
 #include "gateway/exchange/bell.h"
+#include "gateway/publish/address_change.h"
 #include "gateway/publish/dds_process.h"
 #include "gateway/runtime/direct_images.h"
 #include "gateway/security/documents.h"
@@ -199,11 +201,12 @@ class DdsEdge final : public DataEdge {
   // can be replaced.
   DdsEdge(std::unique_ptr<dds::GatewayBridge> bridge,
           std::shared_ptr<security::RevokedNames> revoked,
-          std::unique_ptr<security::IdentityWatch> identities, std::shared_ptr<ProcessEnds> ends,
-          std::shared_ptr<exchange::Bell> bell)
+          std::unique_ptr<security::IdentityWatch> identities, AddressChange addresses,
+          std::shared_ptr<ProcessEnds> ends, std::shared_ptr<exchange::Bell> bell)
       : bridge_(std::move(bridge)),
         revoked_(std::move(revoked)),
         identities_(std::move(identities)),
+        addresses_(std::move(addresses)),
         ends_(std::move(ends)),
         bell_(std::move(bell)) {}
 
@@ -303,6 +306,7 @@ class DdsEdge final : public DataEdge {
     if (revoked_)
       revoked_->update(monotonic_now());
     end_access();
+    follow_addresses();
     Requests requests(handler);
     bridge_->poll(timeout, requests);
   }
@@ -316,6 +320,7 @@ class DdsEdge final : public DataEdge {
 
  private:
   void end_access();
+  void follow_addresses();
   std::uint64_t direct_samples() const {
     std::uint64_t out = direct_before_;
     for (const auto& [line, direct] : direct_) {
@@ -327,6 +332,7 @@ class DdsEdge final : public DataEdge {
   std::unique_ptr<dds::GatewayBridge> bridge_;
   std::shared_ptr<security::RevokedNames> revoked_;  // used by the thread that polls
   std::unique_ptr<security::IdentityWatch> identities_;
+  AddressChange addresses_;
   std::shared_ptr<ProcessEnds> ends_;           // of the DDS process; none without one
   const std::shared_ptr<exchange::Bell> bell_;  // of the DDS process; none without one
   std::map<std::string, std::shared_ptr<DirectImages>> direct_;  // by line
@@ -358,6 +364,23 @@ void DdsEdge::end_access() {
   const std::string reason = identities_->due(now, std::time(nullptr), bridge_->next_expiry());
   if (!reason.empty() && bridge_->replace_process(reason))
     identities_->note_replaced(now);
+}
+
+// A participant of this process cannot be replaced.
+void DdsEdge::follow_addresses() {
+  const Instant now = monotonic_now();
+  const std::string reason = addresses_.due(now);
+  if (reason.empty())
+    return;
+  const bool same_process = bell_ == nullptr;
+  if (same_process) {
+    spdlog::warn(
+        "{}, which DDS does not use before linegated is started again; with `dds: {{process: "
+        "own}}` it would",
+        reason);
+  }
+  if (same_process || bridge_->replace_process(reason))
+    addresses_.done(now);
 }
 
 EdgeStatistics DdsEdge::statistics() const {
@@ -415,6 +438,7 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);
   }
+  AddressChange addresses(plant.dds_interfaces, dds::usable_addresses);
   auto ends = std::make_shared<ProcessEnds>(event::DdsProcess::endpoints);
   const auto bell = plant.dds_own_process ? std::make_shared<exchange::Bell>() : nullptr;
   auto made = plant.dds_own_process ? make_bridge_to_process(options, plant, ends, bell)
@@ -422,8 +446,9 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   Loaded<std::unique_ptr<DataEdge>> out;
   out.diagnostics = std::move(made.diagnostics);
   if (made.value) {
-    out.value = std::make_unique<DdsEdge>(std::move(*made.value), std::move(revoked),
-                                          std::move(identities), std::move(ends), bell);
+    out.value =
+        std::make_unique<DdsEdge>(std::move(*made.value), std::move(revoked), std::move(identities),
+                                  std::move(addresses), std::move(ends), bell);
   }
   return out;
 }

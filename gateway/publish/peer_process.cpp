@@ -15,12 +15,14 @@
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 
+#include "bridges/dds/address_watch.h"
 #include "bridges/dds/guard/stall.h"
 #include "bridges/dds/security.h"
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/edge_process.h"
 #include "gateway/edge/stall_time.h"
 #include "gateway/exchange/cell.h"
+#include "gateway/publish/address_change.h"
 #include "gateway/publish/dds_peers.h"
 #include "gateway/publish/dds_process_main.h"
 #include "gateway/publish/foreign_text.h"
@@ -96,13 +98,27 @@ class PeerProcessLink final : public PeerLink {
   EdgeProcess process_;
 };
 
-RemotePeers::Renewal renewal_with(const std::string& identity) {
-  const auto watch = std::make_shared<security::IdentityWatch>(security::files_in(identity));
+// Call it before the process is started.
+RemotePeers::Renewal renewal_of(const config::Plant& plant, const PeerSettings& settings) {
+  const auto addresses =
+      std::make_shared<AddressChange>(plant.dds_interfaces, dds::usable_addresses);
+  const auto identity =
+      settings.secured
+          ? std::make_shared<security::IdentityWatch>(security::files_in(settings.identity))
+          : nullptr;
   return {.due =
-              [watch](Instant now, std::int64_t next_expiry) {
-                return watch->due(now, std::time(nullptr), static_cast<std::time_t>(next_expiry));
+              [addresses, identity](Instant now, std::int64_t next_expiry) {
+                std::string reason =
+                    identity ? identity->due(now, std::time(nullptr), next_expiry) : std::string();
+                return reason.empty() ? addresses->due(now) : reason;
               },
-          .done = [watch](Instant now) { watch->note_replaced(now); }};
+          .done =
+              [addresses, identity](Instant now) {
+                addresses->done(now);
+                if (identity)
+                  identity->note_replaced(now);
+              },
+          .secured = settings.secured};
 }
 
 // --- the end in the process ---------------------------------------------------------------------
@@ -229,9 +245,9 @@ std::unique_ptr<PeerClient> make_peer_process(const config::Plant& plant,
                                               const PeerSettings& settings,
                                               std::shared_ptr<ProcessEnds> ends) {
   try {
-    return std::make_unique<RemotePeers>(
-        std::make_unique<PeerProcessLink>(plant, std::move(ends)), settings, monotonic_now,
-        settings.secured ? renewal_with(settings.identity) : RemotePeers::Renewal{});
+    RemotePeers::Renewal renewal = renewal_of(plant, settings);
+    return std::make_unique<RemotePeers>(std::make_unique<PeerProcessLink>(plant, std::move(ends)),
+                                         settings, monotonic_now, std::move(renewal));
   } catch (const std::exception& error) {
     spdlog::error("routes over other gateways do not work: their process cannot be started: {}",
                   error.what());

@@ -191,7 +191,7 @@ void RemotePeers::renew() {
   }
   const Instant now = now_();
   if (renewal_due_.empty()) {
-    const std::string absent = absence(now);
+    const std::string absent = renewal_.secured ? absence(now) : std::string();
     renewal_due_ = renewal_.due(now, next_expiry_);
     renewal_due_ = renewal_due_.empty() ? absent : renewal_due_;
     renewal_limit_ = now + kForRequests;

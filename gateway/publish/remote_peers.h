@@ -46,13 +46,17 @@ class PeerLink {
   virtual void finish(Duration limit) = 0;
 };
 
+// Why the process is to be replaced: identities that are revoked or expire (IdentityWatch), or
+// another address of the host (AddressChange).
+struct PeerRenewal {
+  std::function<std::string(Instant now, std::int64_t next_expiry)> due;
+  std::function<void(Instant now)> done;
+  bool secured = true;  // also lines that are absent, see RemotePeers::kFirstAbsence
+};
+
 class RemotePeers final : public PeerClient {
  public:
-  // Identities that are revoked or expire: why the process is to be replaced, see IdentityWatch.
-  struct Renewal {
-    std::function<std::string(Instant now, std::int64_t next_expiry)> due;
-    std::function<void(Instant now)> done;
-  };
+  using Renewal = PeerRenewal;
   // So long a replacement waits for requests that are under way.
   static constexpr Duration kForRequests = std::chrono::seconds(5);
   // Fast DDS 2.9.1 does not authenticate every participant that joins late, and does not try again.
@@ -63,8 +67,8 @@ class RemotePeers final : public PeerClient {
   static constexpr Duration kToEnd = std::chrono::seconds(1);
   static constexpr int kMostMessages = 1'024;  // in one poll()
 
-  // now: the time, by the monotonic clock of both processes. renewal: no functions without
-  // DDS-Security.
+  // now: the time, by the monotonic clock of both processes. renewal: without functions the process
+  // is never replaced.
   RemotePeers(std::unique_ptr<PeerLink> link, PeerSettings settings, std::function<Instant()> now,
               Renewal renewal = {});
   ~RemotePeers() override;
