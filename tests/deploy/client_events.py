@@ -35,10 +35,18 @@ async def is_stored():
     await asyncio.sleep(2)
 
 
+async def operational(client):
+    """Waits until the node `angle` is Operational: one that still boots is started after it was stopped."""
+    press, position = client.line("press"), "angle.Position value"
+    await press.ready()
+    while position not in press.inputs() or not press.read(position).good:
+        await asyncio.sleep(0.05)
+
+
 async def events_are_followed(linegate, gateway):
     async with linegate.Client(name="reader") as client:
         reader = client.events()
-        await client.line("press").ready()
+        await operational(client)
         await client.line("press").nmt(7, 2)
         async for event in reader:
             if "(angle): stopped" in event.text:
@@ -53,7 +61,7 @@ async def events_are_followed(linegate, gateway):
     gateway.kill()
     gateway.start()
     async with linegate.Client(name="reader") as client:
-        await client.line("press").ready()
+        await operational(client)
         await client.line("press").nmt(7, 2)
         events, position = await events_of(client, reader.position, lambda one: one.number > 32768 and
                                            "(angle): stopped" in one.text)
