@@ -127,7 +127,7 @@ class Site:
         self.programs = parser.parse_args()
 
     def console(self, *arguments):
-        return (self.programs.linegate, "--wait", str(PATIENCE), "--timeout", "60", *arguments)
+        return (self.programs.linegate, "--wait", str(PATIENCE), "--timeout", "120", *arguments)
 
     def command(self, *arguments):
         """Runs a console command that must succeed, and returns the JSON that it printed."""
