@@ -276,7 +276,7 @@ struct Client::Impl {
   const bool of_gateway = options.of_gateway;
   const std::set<std::string> only;
   std::uint64_t participants = 0;  // made so far
-  std::optional<AddressWatch> addresses;
+  AddressWatch addresses{options.network.interfaces};
   ParticipantChange change;
   std::unique_ptr<Edge> edge;
   std::unique_ptr<Edge> next;                 // discovers gateways, and is not used yet
@@ -346,9 +346,9 @@ Client::Impl::~Impl() {
 }
 
 std::unique_ptr<Edge> Client::Impl::make_edge(std::vector<Diagnostic>& diagnostics) {
-  if (options.follow_interfaces)
-    addresses.emplace();  // before the participant: an address that comes meanwhile is a new one
+  addresses.look();
   auto out = std::make_unique<Edge>(options, name, ++participants, waiting, diagnostics);
+  addresses.created();
   if (!security.enabled()) {
     if (sends_commands)
       requests_to(*out, "");
@@ -785,7 +785,7 @@ void Client::Impl::advance_change() {
       change.failed(now);
     }
   } else if (options.follow_interfaces && change.looks(now) && !edge->uses_tcp()) {
-    if (addresses->has_new())
+    if (!addresses.added().empty())
       change.want();
     if (former.size() < kMostFormer && change.begins(now))
       begin_change();

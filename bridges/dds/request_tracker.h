@@ -31,7 +31,7 @@ struct Request {
   Instant deadline{};  // time at which the request times out
   // The gateway must not carry it out twice, nor after the deadline: see RequestTracker.
   bool once = false;
-  // The number of the participant of the client that sends it: gateways tell participants apart,
+  // The number of the participant of the client that sends it: gateways distinguish participants,
   // so another one would have it carried out again.
   std::uint64_t participant = 0;
 };

@@ -10,7 +10,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "bridges/dds/address_watch.h"
+#include "bridges/dds/address_change.h"
 #include "bridges/dds/event_codec.h"
 #include "bridges/dds/exposure.h"
 #include "bridges/dds/guard/report.h"
@@ -20,7 +20,6 @@
 #include "bridges/dds/values.h"
 #include "gateway/config/plan_difference.h"
 #include "gateway/exchange/bell.h"
-#include "gateway/publish/address_change.h"
 #include "gateway/publish/dds_process.h"
 #include "gateway/runtime/direct_images.h"
 #include "gateway/security/documents.h"
@@ -201,7 +200,7 @@ class DdsEdge final : public DataEdge {
   // can be replaced.
   DdsEdge(std::unique_ptr<dds::GatewayBridge> bridge,
           std::shared_ptr<security::RevokedNames> revoked,
-          std::unique_ptr<security::IdentityWatch> identities, AddressChange addresses,
+          std::unique_ptr<security::IdentityWatch> identities, dds::AddressChange addresses,
           std::shared_ptr<ProcessEnds> ends, std::shared_ptr<exchange::Bell> bell)
       : bridge_(std::move(bridge)),
         revoked_(std::move(revoked)),
@@ -305,8 +304,8 @@ class DdsEdge final : public DataEdge {
   void poll(Duration timeout, RequestHandler& handler) override {
     if (revoked_)
       revoked_->update(monotonic_now());
-    end_access();
-    follow_addresses();
+    if (!end_access())
+      follow_addresses();
     Requests requests(handler);
     bridge_->poll(timeout, requests);
   }
@@ -319,7 +318,7 @@ class DdsEdge final : public DataEdge {
   void reply(const line::Reply& reply) override { bridge_->reply(reply); }
 
  private:
-  void end_access();
+  bool end_access();
   void follow_addresses();
   std::uint64_t direct_samples() const {
     std::uint64_t out = direct_before_;
@@ -332,7 +331,8 @@ class DdsEdge final : public DataEdge {
   std::unique_ptr<dds::GatewayBridge> bridge_;
   std::shared_ptr<security::RevokedNames> revoked_;  // used by the thread that polls
   std::unique_ptr<security::IdentityWatch> identities_;
-  AddressChange addresses_;
+  dds::AddressChange addresses_;
+  std::uint64_t starts_ = 0;                    // of the process that addresses_ knows
   std::shared_ptr<ProcessEnds> ends_;           // of the DDS process; none without one
   const std::shared_ptr<exchange::Bell> bell_;  // of the DDS process; none without one
   std::map<std::string, std::shared_ptr<DirectImages>> direct_;  // by line
@@ -357,30 +357,38 @@ std::shared_ptr<DirectImages> DdsEdge::make_direct_images(
 }
 
 // Participants with an identity that was revoked or has expired must no longer receive anything.
-void DdsEdge::end_access() {
+// Returns whether the process was asked to end.
+bool DdsEdge::end_access() {
   if (!identities_)
-    return;
+    return false;
   const Instant now = monotonic_now();
   const std::string reason = identities_->due(now, std::time(nullptr), bridge_->next_expiry());
-  if (!reason.empty() && bridge_->replace_process(reason))
-    identities_->note_replaced(now);
+  if (reason.empty() || !bridge_->replace_process(reason))
+    return false;
+  identities_->note_replaced(now);
+  addresses_.ends(now);
+  return true;
 }
 
 // A participant of this process cannot be replaced.
 void DdsEdge::follow_addresses() {
   const Instant now = monotonic_now();
+  const bool same_process = bell_ == nullptr;
+  const std::uint64_t starts = same_process ? 1 : bridge_->process_starts();
+  if (std::exchange(starts_, starts) != starts)
+    addresses_.started(now);
   const std::string reason = addresses_.due(now);
   if (reason.empty())
     return;
-  const bool same_process = bell_ == nullptr;
   if (same_process) {
     spdlog::warn(
         "{}, which DDS does not use before linegated is started again; with `dds: {{process: "
         "own}}` it would",
         reason);
+    addresses_.started(now);  // it is reported once
+  } else if (bridge_->replace_process(reason)) {
+    addresses_.ends(now);
   }
-  if (same_process || bridge_->replace_process(reason))
-    addresses_.done(now);
 }
 
 EdgeStatistics DdsEdge::statistics() const {
@@ -438,7 +446,7 @@ Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);
   }
-  AddressChange addresses(plant.dds_interfaces, dds::usable_addresses);
+  dds::AddressChange addresses(dds::AddressWatch(plant.dds_interfaces));
   auto ends = std::make_shared<ProcessEnds>(event::DdsProcess::endpoints);
   const auto bell = plant.dds_own_process ? std::make_shared<exchange::Bell>() : nullptr;
   auto made = plant.dds_own_process ? make_bridge_to_process(options, plant, ends, bell)

@@ -15,14 +15,13 @@
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 
-#include "bridges/dds/address_watch.h"
+#include "bridges/dds/address_change.h"
 #include "bridges/dds/guard/stall.h"
 #include "bridges/dds/security.h"
 #include "gateway/edge/edge_end.h"
 #include "gateway/edge/edge_process.h"
 #include "gateway/edge/stall_time.h"
 #include "gateway/exchange/cell.h"
-#include "gateway/publish/address_change.h"
 #include "gateway/publish/dds_peers.h"
 #include "gateway/publish/dds_process_main.h"
 #include "gateway/publish/foreign_text.h"
@@ -101,12 +100,13 @@ class PeerProcessLink final : public PeerLink {
 // Call it before the process is started.
 RemotePeers::Renewal renewal_of(const config::Plant& plant, const PeerSettings& settings) {
   const auto addresses =
-      std::make_shared<AddressChange>(plant.dds_interfaces, dds::usable_addresses);
+      std::make_shared<dds::AddressChange>(dds::AddressWatch(plant.dds_interfaces));
   const auto identity =
       settings.secured
           ? std::make_shared<security::IdentityWatch>(security::files_in(settings.identity))
           : nullptr;
-  return {.due =
+  return {.started = [addresses](Instant now) { addresses->started(now); },
+          .due =
               [addresses, identity](Instant now, std::int64_t next_expiry) {
                 std::string reason =
                     identity ? identity->due(now, std::time(nullptr), next_expiry) : std::string();
@@ -114,7 +114,7 @@ RemotePeers::Renewal renewal_of(const config::Plant& plant, const PeerSettings& 
               },
           .done =
               [addresses, identity](Instant now) {
-                addresses->done(now);
+                addresses->ends(now);
                 if (identity)
                   identity->note_replaced(now);
               },

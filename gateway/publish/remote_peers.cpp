@@ -80,6 +80,7 @@ void RemotePeers::follow_process(PeerHandler& handler) {
     renewal_due_.clear();
     if (number != 0 && link_->send(number, encode(settings_))) {
       process_ = number;
+      renewal_.started(now_());
     }
   }
   if (process_ != 0 && !has_lines_) {

@@ -49,7 +49,10 @@ class PeerLink {
 // Why the process is to be replaced: identities that are revoked or expire (IdentityWatch), or
 // another address of the host (AddressChange).
 struct PeerRenewal {
+  // A process was started since the last call of due().
+  std::function<void(Instant now)> started = [](Instant) {};
   std::function<std::string(Instant now, std::int64_t next_expiry)> due;
+  // It was asked to end.
   std::function<void(Instant now)> done;
   bool secured = true;  // also lines that are absent, see RemotePeers::kFirstAbsence
 };

@@ -5,8 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "bridges/dds/address_watch.h"
-
 namespace linegate::dds {
 namespace {
 
@@ -60,15 +58,6 @@ TEST(ParticipantChange, TriesAgainAfterAFailure) {
   change.failed(kBegin);
   EXPECT_FALSE(change.begins(kBegin + ParticipantChange::kPause));
   EXPECT_TRUE(change.begins(kBegin + 2 * ParticipantChange::kPause));
-}
-
-TEST(AddressWatch, AnAddressThatWasNotThereIsNew) {
-  const AddressWatch watch({"eth0 192.168.7.20", "lo 127.0.0.1"});
-  EXPECT_FALSE(watch.has_new({"eth0 192.168.7.20", "lo 127.0.0.1"}));
-  EXPECT_FALSE(watch.has_new({"lo 127.0.0.1"}));
-  EXPECT_TRUE(watch.has_new({"eth0 192.168.7.21", "lo 127.0.0.1"}));
-  EXPECT_TRUE(watch.has_new({"eth0 192.168.7.20", "eth1 192.168.8.20", "lo 127.0.0.1"}));
-  EXPECT_FALSE(AddressWatch(usable_addresses()).has_new(usable_addresses()));
 }
 
 }  // namespace

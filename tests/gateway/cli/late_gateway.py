@@ -1,16 +1,19 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A gateway whose network is not there when it starts: a cable without carrier, or no address yet. Once it is, another host
-finds it, and it reaches the gateway of that host; its line never stops. Each gateway runs on a host of its own (network
-namespaces).
+"""A gateway whose network is not there when it starts: a cable without carrier, or no address yet; or not when its processes
+with DDS die and start again. Once it is there, another host finds the gateway, and it reaches the gateway of that host; the
+numbers of its events continue. Each gateway runs on a host of its own (network namespaces).
 
 late_gateway.py LINEGATED LINEGATE PROCESS   PROCESS: of its DDS, same or own; same: it warns that it must be started again
 """
 
+import json
 import os
+import signal
 import subprocess
 
 from doctor import DOMAIN, Setup
+from peer_kill import child
 from plant_process import EDS, PATIENCE, Failure, end, expect, run_test, until
 
 DEVICE = f"""simulate: [{{node: 8, profile: digital-io}}], nodes: [{{id: 8, name: io, eds: {EDS}/digital-io.eds}}]"""
@@ -25,6 +28,7 @@ gateway: {{name: desk}}
 lines: [{{name: store, interface: "simulated:", network_id: 7, access: all, {DEVICE}}}]
 """
 VENDOR = "19527"
+PROCESSES = ("linegated-dds", "linegated-peers")
 ABSENCES = {
     "carrier": ([("link", "set", "eth0", "down")], [("link", "set", "eth0", "up")], "desk"),
     "address": ([("address", "flush", "dev", "eth0")], [("address", "add", "10.77.0.1/24", "dev", "eth0")], "hall"),
@@ -81,6 +85,27 @@ def comes_late(hosts, what, process):
     end(gateway)
 
 
+def dies_in_a_cut(hosts):
+    """Its processes die while the cable is cut: the next ones start without the interface."""
+    gateway = hosts.start("hall")
+    hosts.reads(hosts.desk, "hall/press:8")
+    until_read(hosts, "hall/7:8")
+    hosts.desk.run("ip", "link", "set", "eth0", "down")
+    for name in PROCESSES:
+        before = child(gateway, name)
+        os.kill(before, signal.SIGKILL)
+        until(f"another {name} runs", lambda: child(gateway, name) not in (before, None))
+    until("it receives commands", lambda: hosts.ask(hosts.hall, "sdo", "read", "hall/press:8", "1018:01", "u32",
+                                                    wait=PATIENCE).stdout.strip() == VENDOR)
+    hosts.desk.run("ip", "link", "set", "eth0", "up")
+    hosts.reads(hosts.desk, "hall/press:8")
+    until_read(hosts, "hall/7:8")
+    events = hosts.ask(hosts.desk, "--json", "events", "hall/press", "--once", wait=PATIENCE).stdout
+    numbers = [event["number"] for event in map(json.loads, events.splitlines())]
+    expect("the numbers of its events", numbers, list(range(1, len(numbers) + 1)))
+    end(gateway)
+
+
 def until_read(hosts, target):
     """Waits until a device is read over another gateway."""
     until(f"{target} is read", lambda: hosts.ask(hosts.hall, "--timeout", "10", "sdo", "read", target, "1018:01", "u32",
@@ -93,6 +118,8 @@ def test(folder, linegated, linegate, process):
         hosts.start("desk")
         for what in ABSENCES:
             comes_late(hosts, what, process)
+        if process == "own":
+            dies_in_a_cut(hosts)
     finally:
         hosts.close()
 

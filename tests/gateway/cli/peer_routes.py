@@ -80,7 +80,7 @@ NO_LINE = "hall-a has no line '7' and no route to network 7; its lines: hall; ne
 class Halls(Setup):
     def __init__(self, folder, linegated, linegate, library, process):
         super().__init__(folder, linegated, linegate)
-        self.library = library
+        self.client_so = library
         self.b, self.a = self.connected()
         self.plant_a = PLANT_A.replace("PROCESS", process)
 
@@ -200,7 +200,7 @@ def is_cut(halls):
     """Writes that are on their way when the network is cut are carried out in time, or not at all."""
     python = os.path.join(SOURCES, "bridges", "client", "python")
     client = halls.a.start(sys.executable, "-B", "-c", WRITES, DOMAIN, halls.profiles, stdout=subprocess.PIPE, text=True,
-                           env={**os.environ, "PYTHONPATH": python, "LINEGATE_CLIENT_LIBRARY": halls.library})
+                           env={**os.environ, "PYTHONPATH": python, "LINEGATE_CLIENT_LIBRARY": halls.client_so})
     while (told := client.stdout.readline()) != "sent 103\n":
         expect(f"the client sends, and says {told}", told.startswith("sent "), True)
     halls.b.run("ip", "link", "set", "eth0", "down")
