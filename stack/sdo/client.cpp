@@ -66,7 +66,7 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (waits_for_initiate()) {
     return initiate_answered(word, frame.time, queue);
   }
-  if (in_block() && is_repetition(word)) {
+  if (in_block() && is_repetition(word, queue)) {
     return Receipt::stray;
   }
   const AbortCode why = answered(word, frame.time, queue);

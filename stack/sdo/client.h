@@ -184,7 +184,7 @@ class Client final : public TransferClient {
   bool fall_back_unanswered(Instant now, can::TransmitQueue& queue);
   AbortCode block_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   bool fall_back(AbortCode code, Instant now, can::TransmitQueue& queue);
-  bool is_repetition(std::uint64_t word) const;
+  bool is_repetition(std::uint64_t word, const can::TransmitQueue& queue) const;
   AbortCode block_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode block_acknowledged(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode proceed_with_block(AbortCode why, Instant now, can::TransmitQueue& queue);

@@ -108,12 +108,13 @@ AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::Transmit
   return AbortCode::none;
 }
 
-// A repeated frame: an acknowledgement that cannot be that of the current sub-block, the last
-// segment, or one of the few that were requested again while they were under way.
-bool Client::is_repetition(std::uint64_t word) const {
+// A repeated frame: an acknowledgement that cannot be that of the current sub-block, of which
+// segments were not handed out to the bus yet, the last segment, or one of the few that were
+// requested again while they were under way.
+bool Client::is_repetition(std::uint64_t word, const can::TransmitQueue& queue) const {
   switch (state_) {
     case State::block_download:
-      return sender_.sending() && word == last_used_;
+      return word == last_used_ && (sender_.sending() || outbox_.waits(queue));
     case State::block_download_end:
       return word == last_used_;
     case State::block_upload_end:

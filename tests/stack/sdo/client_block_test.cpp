@@ -476,6 +476,20 @@ TEST_F(ClientBlockTest, FramesThatCameTwiceAreStrays) {
   expect_data(numbers(pattern(20)));
 }
 
+// The last sub-block has as many segments as the one before, so the repeated acknowledgement would
+// fit it. The same bytes acknowledge it when its segments were handed out.
+TEST_F(ClientBlockTest, AnAcknowledgementTwiceDoesNotAcknowledgeWaitingSegments) {
+  const auto value = pattern(28);
+  write({0x2100, 0}, value, kInBlocks);
+  EXPECT_EQ(answer_all({0xA4, 0x00, 0x21, 0, 2, 0, 0, 0}), segments(value, 0, 2));
+  EXPECT_EQ(client.receive(frame(kResponseId, block_ack(2, 9), now), queue), Receipt::used);
+  EXPECT_EQ(client.receive(frame(kResponseId, block_ack(2, 9), now), queue), Receipt::stray);
+  EXPECT_EQ(all(), segments(value, 2, 2));
+  EXPECT_EQ(answer(block_ack(2, 9)), (Frames{end_request(value, crc_of(value))}));
+  EXPECT_EQ(answer({0xA1, 0, 0, 0, 0, 0, 0, 0}), Frames{});
+  expect_data({});
+}
+
 TEST_F(ClientBlockTest, LateSegmentsOfAnAbortedUploadAreStrays) {
   begin_upload();
   give(segments(pattern(20), 0, 1));
