@@ -125,6 +125,9 @@ void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (answer_at_once(word_of(frame), queue)) {
     return;
   }
+  if (in_block() && acknowledges_waiting_segments(word_of(frame), queue)) [[unlikely]] {
+    return;
+  }
   std::uint64_t reply = 0;
   if (serve_request(word_of(frame), frame.time, reply)) {
     outbox_.send(reply, frame.time, queue);

@@ -194,6 +194,7 @@ class Server {
                            std::uint64_t& reply);
   bool block_segment(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool end_block_download(std::uint64_t request, Instant now, std::uint64_t& reply);
+  bool acknowledges_waiting_segments(std::uint64_t request, const can::TransmitQueue& queue) const;
   bool block_acknowledged(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool proceed_with_block(AbortCode why, Instant now, std::uint64_t& reply);
   std::uint64_t refuse_block(AbortCode code, Instant now);

@@ -234,6 +234,12 @@ void Server::expect_late_segments(Instant now) {
 
 // --- upload -------------------------------------------------------------------------------------
 
+// A repeated acknowledgement: segments of the current sub-block were not handed out to the bus yet.
+bool Server::acknowledges_waiting_segments(std::uint64_t request,
+                                           const can::TransmitQueue& queue) const {
+  return state_ == State::block_upload && request == newest_request_ && outbox_.waits(queue);
+}
+
 bool Server::block_acknowledged(std::uint64_t request, Instant now, std::uint64_t& reply) {
   if (sender_.sending() && request == newest_request_) {
     return false;  // a repeated frame

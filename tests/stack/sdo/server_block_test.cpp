@@ -560,6 +560,18 @@ TEST_F(ServerBlockTest, FramesTwiceInAnUpload) {
   EXPECT_EQ(server.counters().uploads, 1U);
 }
 
+// The last sub-block has as many segments as the one before, so the repeated acknowledgement would
+// fit it. The same bytes acknowledge it when its segments were handed out.
+TEST_F(ServerBlockTest, AnAcknowledgementTwiceDoesNotAcknowledgeWaitingSegments) {
+  set_domain(28);
+  begin_upload(2);
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}), segments(pattern(28), 0, 2));
+  server.receive(frame(kRequestId, block_ack(2, 2), now), queue);
+  server.receive(frame(kRequestId, block_ack(2, 2), now), queue);
+  EXPECT_EQ(all(), segments(pattern(28), 2, 2));
+  EXPECT_EQ(ask(block_ack(2, 2)), end_request(pattern(28), crc_of(pattern(28))));
+}
+
 // Frames that are wrong in the state: the response to them, and that the transfer has ended.
 TEST_F(ServerBlockTest, WrongFramesInEachState) {
   set_domain(20);
