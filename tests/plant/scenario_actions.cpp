@@ -164,6 +164,7 @@ void Scenario::command(line::Command request, const std::string& name) {
   tags_[name] = request.tag;
   ++commands_[&seat()];
   seat().silence.commanded(request);
+  seat().states->commanded(*seat().line, request);
   seat().answers->commanded(request, world_.now());
   seat().own_outputs->commanded(request);
   seat().outputs->commanded(seat(), request);

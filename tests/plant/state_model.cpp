@@ -65,11 +65,24 @@ void StateModel::before_receive(const can::Frame& frame) {
     }
     node.obeyed = nmt::State::unknown;
     node.obeyed_then = nmt::State::unknown;
+    node.requested = nmt::State::unknown;
     if (frame.data[0] != std::byte{0}) {
       if (node.heartbeat != Instant{}) {
         node.longest = std::max(node.longest, frame.time - node.heartbeat);
       }
       node.heartbeat = frame.time;
+    }
+  }
+}
+
+void StateModel::commanded(const line::Line& line, const line::Command& command) {
+  const auto* nmt = std::get_if<line::NmtRequest>(&command.request);
+  if (nmt == nullptr || nmt->command == nmt::Command::start) {
+    return;
+  }
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if ((nmt->node == 0 || nmt->node == id) && !line.node_state(id).heartbeat_monitored) {
+      nodes_[id].requested = nmt::state_after(nmt->command);
     }
   }
 }
@@ -113,6 +126,7 @@ void StateModel::ended(const can::Frame& frame, bool by_line, sim::Fate fate) {
 void StateModel::flushed() {
   for (Node& node : nodes_) {
     node.starts = false;
+    node.requested = nmt::State::unknown;
   }
 }
 
@@ -140,7 +154,11 @@ void StateModel::look_at(const line::Line& line,
       }
       Node& node = nodes_[id];
       node.starts &= command.number == 0 || command.control.command != nmt::Command::start;
-      if (!line.node_state(id).heartbeat_monitored) {
+      const bool requested = node.requested == nmt::state_after(command.control.command);
+      if (requested) {
+        node.requested = nmt::State::unknown;
+      }
+      if (requested || !line.node_state(id).heartbeat_monitored) {
         node.obeyed = after(command, id);
         node.obeyed_then = command.then[id];
       }
@@ -162,6 +180,7 @@ std::string StateModel::compare(const line::NodeState& said, Instant now) const 
   const bool assumed =
       by_command &&
       (said.state == node.obeyed || said.state == node.obeyed_then ||
+       said.state == node.requested ||
        (unheard && (said.state != nmt::State::operational || node.starts || stopped_)));
   if (!node.guarded && !assumed && said.state != nmt::State::unknown && said.state != node.state &&
       said.state != node.answer) {

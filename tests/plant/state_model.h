@@ -9,7 +9,8 @@
 //   the device itself was Operational when it had received the newest NMT command, or if an NMT
 //   start of the line follows this command on the bus. Once monitoring has begun, a state by
 //   command is valid until the next message only if the device itself had this state when it had
-//   received the newest command
+//   received the newest command, or while a command other than start that was given before is under
+//   way
 //   a device that is off, disconnected, or did not receive an acknowledged frame is unknown to a
 //   line: it counts as one that executed the command
 //   a node that is present was received within the time of its error control and of the request of
@@ -35,6 +36,8 @@ class StateModel {
 
   // Call it before the line receives the frame.
   void before_receive(const can::Frame& frame);
+  // Call it before the line executes the command.
+  void commanded(const line::Line& line, const line::Command& command);
   // Call it when the line sends the frame. The boot-up message of a node that it resets may be
   // lost.
   void sends(const can::Frame& frame);
@@ -74,6 +77,9 @@ class StateModel {
     // the line.
     nmt::State obeyed_then = nmt::State::unknown;
     nmt::State obeyed = nmt::State::unknown;
+    // The state requested by a command other than start that is under way: it is shown at once if
+    // error control is not monitored then, and still if monitoring begins meanwhile.
+    nmt::State requested = nmt::State::unknown;
   };
 
   // An NMT command that ended on the bus since the last look_at().
