@@ -44,6 +44,16 @@ bool limit(__rlimit_resource resource, std::size_t most) {
   return setrlimit(resource, &wanted) == 0;
 }
 
+// The address sanitizer reserves terabytes for its shadow memory, and cannot work with a limit.
+bool limit_data([[maybe_unused]] std::size_t memory) {
+#ifdef __has_feature  // Clang, with whose sanitizers this project is built
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+  return true;
+#endif
+#endif
+  return limit(RLIMIT_DATA, memory);
+}
+
 // The process ID of the parent does not show it: a gateway in a container may have ID 1.
 bool parent_has_ended() {
   pollfd socket{kWakeDescriptor, 0, 0};
@@ -84,7 +94,7 @@ bool give_up_privileges(std::size_t memory) {
   std::set_new_handler(out_of_memory);
   return prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0) == 0 && !parent_has_ended() &&
          drop_capabilities() && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
-         limit(RLIMIT_RTPRIO, 0) && limit(RLIMIT_MEMLOCK, 0) && limit(RLIMIT_DATA, memory) &&
+         limit(RLIMIT_RTPRIO, 0) && limit(RLIMIT_MEMLOCK, 0) && limit_data(memory) &&
          protect_other_processes();
 }
 

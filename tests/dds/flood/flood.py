@@ -42,7 +42,7 @@ GROWTH_KB = 150_000
 VISIT_KB = 2000
 PLANT = """schema: 1
 gateway: {{name: hall, log: warning}}
-dds: {{domain: {domain}, profile: {profiles}, guard: {guard}}}
+dds: {{domain: {domain}, profile: {profiles}, guard: {guard}, memory: 2GB}}  # with a sanitizer
 lines:
   - name: press
     interface: "udp:{group}:{port}"
@@ -121,12 +121,24 @@ def without_room():
         return sum(int(line.split()[-1]) for line in list(sockets)[1:] if line.split()[1].endswith(":%04X" % PORT))
 
 
-def kilobytes(process):
+def children(pid):
     try:
-        with open(f"/proc/{process.pid}/status", encoding="ascii") as status:
-            return next((int(line.split()[1]) for line in status if line.startswith("VmRSS")), 0)
+        with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+            return [int(one) for one in file.read().split()]
     except OSError:
-        return 0
+        return []
+
+
+def kilobytes(process):
+    """Returns the resident memory of the process and of its children: the gateway's DDS process is one."""
+    total = 0
+    for pid in [process.pid, *children(process.pid)]:
+        try:
+            with open(f"/proc/{pid}/status", encoding="ascii") as status:
+                total += next((int(line.split()[1]) for line in status if line.startswith("VmRSS")), 0)
+        except OSError:
+            continue
+    return total
 
 
 class Run:
@@ -225,6 +237,7 @@ class Run:
         self.end(self.subscriber.process, "client", lambda: self.subscriber.process.stdin.close())
         self.end(self.gateway, "gateway", lambda: self.gateway.send_signal(signal.SIGTERM))
         self.judge_recording()
+        self.judge_dds_process()
         self.print_log("ERROR: |runtime error|Assert|SUMMARY|lost|drop")
 
     def print_log(self, wanted):
@@ -245,6 +258,14 @@ class Run:
             process.kill()
             process.wait()
 
+    def judge_dds_process(self):
+        """The gateway starts its DDS process again when it ends or hangs: the log has it."""
+        self.log.seek(0)
+        ends = [line.strip() for line in self.log if re.search(r"the DDS process \d+ ", line)]
+        self.found += [text[:300] for text in ends[:5]]
+        if len(ends) > 5:
+            self.found.append(f"{len(ends) - 5} further ends of the DDS process")
+
     def judge_recording(self):
         numbers = []
         for name in sorted((one for one in os.listdir(self.folder) if one.startswith("press.log")), reverse=True):
@@ -261,7 +282,7 @@ class Run:
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ("linegated", "linegate", "peer", "flood", "profiles"):
-        parser.add_argument(name)
+        parser.add_argument(name, type=os.path.abspath)
     parser.add_argument("--secured", action="store_true")
     parser.add_argument("--unguarded", action="store_true")
     parser.add_argument("--only")
