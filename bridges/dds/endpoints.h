@@ -95,7 +95,9 @@ class Endpoints {
     guard::Stall call;
     if (guard_ != nullptr)
       call = {Duration{guard_->calls().longest(now)}, guard_->calls().thread_of_longest(now)};
-    const guard::Stall timer = timers_ ? timers_->stall() : guard::Stall{};
+    guard::Stall timer = timers_ ? timers_->stall() : guard::Stall{};
+    if (guard_ != nullptr)  // the timers may need a lock of a long call
+      timer.time = std::min(timer.time, Duration{guard_->calls().overdue(now)});
     return timer.time > call.time ? timer : call;
   }
 

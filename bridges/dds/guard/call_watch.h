@@ -15,6 +15,7 @@ class CallWatch {
  public:
   // Threads that process datagrams at the same time; further ones are not watched.
   static constexpr std::size_t kCalls = 64;
+  static constexpr std::int64_t kMostExpected = 10'000'000'000;  // ns
 
   // A datagram is processed during the life of this object. now: in ns of any monotonic clock, not
   // 0. thread: as gettid(2). Does not allocate or wait.
@@ -43,15 +44,28 @@ class CallWatch {
     std::atomic<std::int64_t>* begun_ = nullptr;
   };
 
-  // Time since the beginning of the oldest present call, in ns; 0 if there is none. now: of the
-  // same clock. From any thread.
+  // A datagram is known to occupy the library for so long, with those expected before: until then
+  // nothing stalls, at most kMostExpected from now on. time: >= 0, in ns. From any thread.
+  void expect(std::int64_t now, std::int64_t time) {
+    std::int64_t until = expected_.load(std::memory_order_relaxed);
+    while (!expected_.compare_exchange_weak(
+        until, std::min(std::max(until, now) + time, now + kMostExpected))) {
+    }
+  }
+  // Time since the expected ones should have been processed, in ns; 0: they still may be.
+  std::int64_t overdue(std::int64_t now) const {
+    return std::max(now - expected_.load(std::memory_order_relaxed), std::int64_t{0});
+  }
+
+  // Time since the beginning of the oldest present call, in ns, without what is expected; 0 if
+  // there is none. now: of the same clock. From any thread.
   std::int64_t longest(std::int64_t now) const {
     std::int64_t out = 0;
     for (const std::atomic<std::int64_t>& begun : begun_) {
       const std::int64_t since = begun.load(std::memory_order_relaxed);
       out = since == 0 ? out : std::max(out, now - since);
     }
-    return out;
+    return std::min(out, overdue(now));
   }
   // The thread of that call; 0 if there is none.
   int thread_of_longest(std::int64_t now) const {
@@ -69,6 +83,7 @@ class CallWatch {
 
  private:
   std::array<std::atomic<std::int64_t>, kCalls> begun_{};  // 0: free
+  std::atomic<std::int64_t> expected_{0};
   std::array<std::atomic<int>, kCalls> threads_{};
 };
 

@@ -257,10 +257,12 @@ Reason Guard::judge_numbers(Datagram& datagram, const Content& content) {
   if (is_stateless(content.writer))
     return Reason::none;
   const Guid writer = make_guid(datagram.source, content.writer);
+  const Number most = entity::announces_endpoints(content.writer) ? WriterNumbers::kFirstOfSedp
+                                                                  : WriterNumbers::kFirst;
   return writers_.with(
       writer, datagram.now, [&] { return is_known(writer); },
       [&](WriterNumbers& numbers, bool) {
-        if (!numbers.advance(content.highest, datagram.now))
+        if (!numbers.advance(content.highest, datagram.now, most))
           return Reason::rate;
         if (content.is_sample)
           datagram.time = numbers.times.of(content.highest, datagram.sent, utc_);
@@ -286,11 +288,20 @@ Reason Guard::judge_gap(Datagram& datagram, const Submessage& submessage, const 
     leave_out(datagram, submessage);
     return Reason::none;
   }
-  if (ok && found && content.listed > kFewNumbers) {
-    const std::lock_guard lock(walked_mutex_);
-    ok = walked_.take(content.listed, datagram.now);
-  }
-  return ok ? Reason::none : Reason::rate;
+  return ok && (!found || take_walk(datagram, content)) ? Reason::none : Reason::rate;
+}
+
+// The GAP of a writer that was discovered takes tokens, and is expected to take its time.
+bool Guard::take_walk(const Datagram& datagram, const Content& content) {
+  const bool announces = entity::announces_endpoints(content.writer);
+  if (content.listed <= (announces ? kFewAnnouncements : kFewNumbers))
+    return true;
+  const std::lock_guard lock(walked_mutex_);
+  if (!(announces ? walked_announcements_.take(content.listed, datagram.now)
+                  : walked_.take(content.listed, datagram.now)))
+    return false;
+  calls_.expect(datagram.now, content.listed * kWalkTime);
+  return true;
 }
 
 // The other submessages of the datagram are passed on.

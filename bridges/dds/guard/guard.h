@@ -100,6 +100,7 @@ class Guard {
                      const Content& content) const;
   Reason judge_numbers(Datagram& datagram, const Content& content);
   Reason judge_gap(Datagram& datagram, const Submessage& submessage, const Content& content);
+  bool take_walk(const Datagram& datagram, const Content& content);
   void leave_out(Datagram& datagram, const Submessage& submessage);
   Reason judge_fragments(Datagram& datagram, const Content& content);
   void note_end(const Datagram& datagram, const Content& content);
@@ -124,6 +125,7 @@ class Guard {
   GuidTable<IncompleteSamples, 1024> fragmented_;  // of writers that send fragments
   std::mutex walked_mutex_;
   WalkedNumbers walked_;
+  WalkedAnnouncements walked_announcements_;
   Discovered discovered_;
   std::atomic<std::uint64_t> received_{0};
   std::array<std::atomic<std::uint64_t>, kReasons> dropped_{};

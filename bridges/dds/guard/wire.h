@@ -78,6 +78,13 @@ inline constexpr std::uint32_t kSubscriptions = 0x000004C2;
 inline constexpr std::uint32_t kLiveliness = 0x000200C2;
 inline constexpr std::uint32_t kStateless = 0x000201C3;  // authentication handshake
 inline constexpr std::uint32_t kSecure = 0xFF000000;     // the protected ones begin with FFh
+
+// A writer of SEDP, protected or not: its samples announce endpoints.
+constexpr bool announces_endpoints(std::uint32_t writer) {
+  const std::uint32_t plain = writer & ~kSecure;
+  return (writer == plain || writer == (kSecure | plain)) &&
+         (plain == kPublications || plain == kSubscriptions || plain == kTopics);
+}
 }  // namespace entity
 
 }  // namespace linegate::dds::guard

@@ -27,6 +27,19 @@ TEST(CallWatch, TheThreadOfTheOldestCallIsKnown) {
   EXPECT_EQ(watch.thread_of_longest(1'000), 18);
 }
 
+TEST(CallWatch, WhatIsExpectedIsNoStall) {
+  CallWatch watch;
+  const CallWatch::Call call(watch, 100);
+  watch.expect(100, 500);
+  watch.expect(200, 300);
+  EXPECT_EQ(watch.longest(900), 0);
+  EXPECT_EQ(watch.longest(1'000), 100);
+  EXPECT_EQ(watch.overdue(1'000), 100);
+  watch.expect(1'000, CallWatch::kMostExpected);
+  watch.expect(1'000, CallWatch::kMostExpected);
+  EXPECT_EQ(watch.longest(1'001 + CallWatch::kMostExpected), 1);
+}
+
 TEST(CallWatch, ACallWithoutAPlaceIsNotWatchedAndDisturbsNone) {
   CallWatch watch;
   {

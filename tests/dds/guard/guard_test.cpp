@@ -12,6 +12,7 @@ using dds::guard::Reason;
 namespace entity = dds::guard::entity;
 
 constexpr std::int64_t kFirst = std::int64_t{1} << 24;
+constexpr std::int64_t kFirstOfSedp = std::int64_t{1} << 17;
 constexpr std::int64_t kBurst = std::int64_t{1} << 20;
 
 TEST_F(GuardTest, ADatagramIsJudgedAsAWholeAndCounted) {
@@ -298,6 +299,44 @@ TEST_F(GuardTest, GapsOfAllWritersAreBoundedTogether) {
   EXPECT_EQ(passed_on, 4);
   now += 20 * kSecond;
   EXPECT_EQ(skip(kFirst, 30), Reason::none);
+}
+
+constexpr std::uint32_t kSedpWriters[] = {entity::kPublications, entity::kSubscriptions,
+                                          entity::kTopics, entity::kSecure | entity::kPublications,
+                                          entity::kSecure | entity::kSubscriptions};
+
+TEST_F(GuardTest, TheFirstNumberOfSedpIsLower) {
+  for (const std::uint32_t writer : kSedpWriters) {
+    EXPECT_EQ(beat(kFirstOfSedp, 1, writer), Reason::none);
+    EXPECT_EQ(beat(kFirstOfSedp + 1, 2, writer), Reason::rate);
+  }
+  EXPECT_EQ(beat(kFirst, 1, entity::kLiveliness), Reason::none);
+}
+
+// The library searches all known endpoints for each number.
+TEST_F(GuardTest, GapsOfSedpAreBoundedTogether) {
+  int passed_on = 0;
+  Sender from = 1;
+  for (const std::uint32_t writer : kSedpWriters) {
+    guard.participant_found(prefix_of(++from));
+    const auto to_most = gap(1, kFirstOfSedp + 1, 0, true, writer);
+    passed_on += judge(Datagram(from).add(0x08, to_most)) == Reason::none ? 1 : 0;
+    EXPECT_EQ(judge(Datagram(from).add(0x08, gap(1, 33, 0, true, writer))), Reason::none);
+  }
+  EXPECT_EQ(passed_on, 2);
+  now += 5 * kSecond;
+  guard.participant_found(prefix_of(30));
+  EXPECT_EQ(judge(Datagram(30).add(0x08, gap(1, kFirstOfSedp + 1, 0, true, entity::kPublications))),
+            Reason::none);
+}
+
+TEST_F(GuardTest, ALongGapOfADiscoveredWriterIsExpectedToTakeItsTime) {
+  EXPECT_EQ(skip(1'000'000, 1), Reason::none);
+  EXPECT_EQ(guard.calls().overdue(now), now);  // the library ignores it
+  guard.endpoint_found(dds::guard::make_guid(prefix_of(2), kWriter));
+  EXPECT_EQ(skip(1'000'000, 2), Reason::none);
+  EXPECT_EQ(guard.calls().overdue(now + kSecond), 0);
+  EXPECT_EQ(guard.calls().overdue(now + 2 * kSecond), kSecond);
 }
 
 TEST_F(GuardTest, DataAndFragmentsAdvanceTheirWriterToo) {
