@@ -183,7 +183,13 @@ void OutputModel::submitted(LineSeat& seat, const can::Frame& frame, Instant now
     }
     follow_boot(frame, id, now);
   }
+  // After its reset the own node counts SYNC messages anew, and a SYNC from before may wait.
+  const bool own_boot_up = frame.id == can::kErrorControlBase + seat.line->config().node_id &&
+                           frame.length == 1 && frame.data[0] == std::byte{0};
   for (Pdo& pdo : pdos_) {
+    if (own_boot_up) {
+      pdo.due_at = kNever;
+    }
     if (frame.id == pdo.cob_id.id() && frame.extended() == pdo.cob_id.extended() &&
         !frame.remote()) {
       check_order(seat, pdo, frame, now);
