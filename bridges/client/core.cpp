@@ -248,6 +248,15 @@ void Core::on_node_gone(std::string_view gateway, std::string_view line, std::ui
     ++found->second.revision;
 }
 
+// A reload has removed the group. One that is held is lost, see service_group().
+void Core::on_output_state_gone(std::string_view gateway, std::string_view line,
+                                std::uint16_t group) {
+  received = true;
+  const auto found = model.lines().find({std::string(gateway), std::string(line)});
+  if (found != model.lines().end() && found->second.groups.erase(group) != 0)
+    ++found->second.revision;
+}
+
 // Late joiners receive past events, too.
 bool Core::is_new(const dds::Source& source, std::uint64_t number) {
   if (source.line.empty()) {

@@ -153,6 +153,8 @@ struct Core : dds::ClientListener, std::enable_shared_from_this<Core> {
                 const std::vector<dds::Property>& properties) override;
   void on_line_gone(std::string_view gateway, std::string_view line) override;
   void on_node_gone(std::string_view gateway, std::string_view line, std::uint8_t node) override;
+  void on_output_state_gone(std::string_view gateway, std::string_view line,
+                            std::uint16_t group) override;
   void on_reply(const dds::Target& target, const dds::CommandResult& result) override;
 
   std::unique_ptr<Link> link;

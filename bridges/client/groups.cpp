@@ -209,7 +209,8 @@ void Core::service_group(const std::shared_ptr<GroupData>& group) {
   const LineData::Group* const state = state_of(*group);
   if (state != nullptr)
     judge(*group, *state);
-  else if (link->now() - found.line->begun >= kSilence)
+  else if ((group->state == GroupState::held && !found.line->groups.contains(group->number)) ||
+           link->now() - found.line->begun >= kSilence)
     return lose(*group, LossReason::no_group);
   if (is_written(*group) && (group->dirty || link->now() >= group->write_at))
     write(*group, *found.line);

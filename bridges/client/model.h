@@ -81,7 +81,8 @@ struct LineData {
     std::uint64_t incarnation = 0;
     Instant heard{};  // by the clock of the client
   };
-  std::map<std::uint16_t, Group> groups;  // also those that a reload has removed
+  // For up to kSilence also those that a reload removed while their samples did not arrive
+  std::map<std::uint16_t, Group> groups;
 
   LineStatus status(Instant now) const;
   // Whether the gateway still publishes its state; nullptr is no group.

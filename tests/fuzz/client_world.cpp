@@ -42,7 +42,10 @@ class Samples {
   Samples(ClientWorld& world, dds::ClientListener& to) : in_(world.in), world_(world), to_(to) {}
 
   void next() {
-    switch (in_.byte() % 10) {
+    const std::uint8_t kind = in_.byte();
+    if (kind >= kFirstOther)  // added later: the kept inputs keep their meaning
+      return other(kind);
+    switch (kind % 10) {
       case 0:
         return gateway();
       case 1:
@@ -67,6 +70,19 @@ class Samples {
   }
 
  private:
+  static constexpr std::uint8_t kFirstOther = 244;
+
+  void other(std::uint8_t kind) {
+    switch (kind % 3) {
+      case 0:
+        return to_.on_line(source(), {}, {}, {{"namesakes", "1"}});
+      case 1:
+        return to_.on_node_gone(one_of(in_, kGateways), one_of(in_, kLines), in_.byte());
+      default:
+        return to_.on_output_state_gone(one_of(in_, kGateways), one_of(in_, kLines),
+                                        static_cast<std::uint16_t>(number(in_)));
+    }
+  }
   dds::Source source() {
     dds::Source out;
     out.gateway = one_of(in_, kGateways);

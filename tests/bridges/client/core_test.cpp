@@ -243,6 +243,23 @@ TEST_F(ClientCore, AGroupIsHeldLostAndArmedAgain) {
   EXPECT_EQ(group.reason(), LossReason::watchdog);
 }
 
+TEST_F(ClientCore, AGroupThatItsGatewayRemovedIsLostAtOnce) {
+  begin();
+  Group group = line.group("");
+  EXPECT_EQ(group.set("ram.Out", 3), Error::none);
+  ASSERT_EQ(group.arm(), Error::none);
+  applied(world->writes.back().second.arming, "app");
+  EXPECT_TRUE(group.held());
+  world->group_gone(1);  // another one
+  client.poll(0ms);
+  EXPECT_TRUE(group.held());
+  world->group_gone(0);
+  client.poll(0ms);
+  EXPECT_EQ(group.state(), GroupState::lost);
+  EXPECT_EQ(group.reason(), LossReason::no_group);
+  EXPECT_EQ(group.owner(), "");
+}
+
 // A reload that gives the name of a group to another one, or to none, with the same outputs.
 TEST_F(ClientCore, AnotherGroupOfThatNameIsALoss) {
   world->group(1, {.group = 1, .name = "left"});

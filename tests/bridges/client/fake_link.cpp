@@ -93,6 +93,11 @@ void FakeWorld::group(std::uint64_t incarnation, const line::OutputState& state)
   });
 }
 
+void FakeWorld::group_gone(std::uint16_t group) {
+  samples.emplace_back(
+      [group](dds::ClientListener& to) { to.on_output_state_gone("gw", "press", group); });
+}
+
 void FakeWorld::gone() {
   samples.emplace_back([](dds::ClientListener& to) { to.on_line_gone("gw", "press"); });
 }

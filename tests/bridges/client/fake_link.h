@@ -41,6 +41,7 @@ struct FakeWorld {
              std::uint64_t id = 7);
   void invalid_image(image::Direction direction, std::uint64_t incarnation);
   void group(std::uint64_t incarnation, const line::OutputState& state);
+  void group_gone(std::uint16_t group);
   void gone();
   void progress(std::uint8_t node, const event::CommandProgress& progress);
   void reply(std::uint64_t id, linegate::Error error, std::vector<std::byte> bytes = {});
