@@ -2,7 +2,9 @@
 #include "bridges/console/json_text.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <tuple>
@@ -168,6 +170,18 @@ Json real_json(double value) {
   return std::isinf(value) ? Json(value < 0 ? "-inf" : "inf") : Json(value);
 }
 
+// The number with the shortest text that is this REAL32: 0.1, not 0.10000000149011612.
+double shortest(float value) {
+  if (!std::isfinite(value)) {
+    return value;
+  }
+  std::array<char, 32> digits{};
+  const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+  double out = value;
+  std::from_chars(digits.data(), written.ptr, out);
+  return out;
+}
+
 Json value_json(od::DataType type, std::span<const std::byte> value) {
   if (type == od::DataType::visible_string) {
     return std::string(reinterpret_cast<const char*>(value.data()), value.size());
@@ -180,7 +194,7 @@ Json value_json(od::DataType type, std::span<const std::byte> value) {
     return raw != 0;
   }
   if (type == od::DataType::real32) {
-    return real_json(std::bit_cast<float>(static_cast<std::uint32_t>(raw)));
+    return real_json(shortest(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
   }
   if (type == od::DataType::real64) {
     return real_json(std::bit_cast<double>(raw));

@@ -452,10 +452,10 @@ TEST(Tables, AScaledValueIsInItsUnit) {
 
 TEST(Json, RealsThatAreNoNumberAreWords) {
   Model model;
-  image::Layout layout{.direction = image::Direction::inputs, .id = 1, .byte_size = 12};
-  image::Snapshot image{.layout_id = 1, .changed = {0}, .valid = {7}};
-  for (const float value :
-       {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity(), 1.5F}) {
+  image::Layout layout{.direction = image::Direction::inputs, .id = 1, .byte_size = 16};
+  image::Snapshot image{.layout_id = 1, .changed = {0}, .valid = {15}};
+  for (const float value : {std::numeric_limits<float>::quiet_NaN(),
+                            -std::numeric_limits<float>::infinity(), 1.5F, 0.1F}) {
     layout.entries.push_back({.bit_offset = static_cast<std::uint32_t>(8 * image.bytes.size()),
                               .bit_length = 32,
                               .type = od::DataType::real32});
@@ -477,6 +477,7 @@ TEST(Json, RealsThatAreNoNumberAreWords) {
       HasSubstr(R"("pdos":[{"local_pdo":3,"node":5,"remote_pdo":1,"count":2,"time":"1970)"));
   EXPECT_THAT(text, HasSubstr(R"("value":"-inf")"));
   EXPECT_THAT(text, HasSubstr(R"("value":1.5)"));
+  EXPECT_THAT(text, testing::ContainsRegex(R"("value":0\.1[,}])"));  // the digits of a REAL32
 }
 
 }  // namespace
