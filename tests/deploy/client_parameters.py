@@ -109,6 +109,10 @@ def structs(linegate, line):
     with_node = {"node": 5, "number": 513}
     expect("an RPDO of a node", refusal(linegate, typed.trigger_pdo, with_node), "number is not 1..512")
     expect("attempts", refusal(linegate, typed.boot, {"attempts": -1}), "attempts is not 0..FFFFFFFFh")
+    for call, text in ((lambda: typed.lss_switch_selective((1, 2, 3, 4)), "address is an LssAddress, not tuple"),
+                       (lambda: typed.create_object({"index": 0x2000}), "described is a ListedObject, not dict")):
+        expect("a structure", str(raised(TypeError, call)), text)
+    expect("the code", raised(linegate.Error, lambda: typed.boot(8, attempts=-1)).code, -6)
     expect("timeout", str(raised(TypeError, lambda: typed.boot(timeout="1"))), "timeout is a number of seconds, not str")
 
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import _thread
 import asyncio
+import contextlib
 import ctypes
 import enum
 import numbers
@@ -270,7 +271,7 @@ def _whole(name: str, value: int) -> int:
     """For an argument whose range are all numbers of 32 bits."""
     number = _index(name, value)
     if not 0 <= number < 1 << 32:
-        raise ValueError(f"{name} is not 0..FFFFFFFFh")
+        raise Error(-6, f"{name} is not 0..FFFFFFFFh")
     return number
 
 
@@ -1070,8 +1071,9 @@ class Client:
         return result
 
     def _free(self) -> None:
-        while self._unused:
-            _lib.linegate_free(self._handle, self._unused.popleft())
+        with contextlib.suppress(IndexError):  # another thread may take the last one
+            while True:
+                _lib.linegate_free(self._handle, self._unused.popleft())
 
 
 from . import commands  # noqa: E402  pylint: disable=wrong-import-position

@@ -8,7 +8,8 @@
 What they do is in linegate.idl, at the CommandKind that each names. Each takes `timeout` and `attempts` as
 Line.request() does. Each begins the function of the same name of linegate.h, which has the ranges of the numbers: one that is out
 of its range is not sent, and its call fails with CallError, whose text names the parameter and its range, as "node is
-not 1..127". A parameter of another type raises TypeError at once. Values of objects are bytes, little-endian; SDO abort
+not 1..127". A parameter of another type raises TypeError at once, a number that its type in linegate.h cannot hold
+Error with code -6, and bytes or texts of a wrong form ValueError. Values of objects are bytes, little-endian; SDO abort
 codes are those of CiA 301, 0 = none.
 """
 
@@ -361,6 +362,8 @@ def _words(call: Call) -> str:
 
 def _lss_address(name: str, of: LssAddress) -> Any:
     """1018h:1 to 4, of 32 bits each."""
+    if not isinstance(of, LssAddress):
+        raise TypeError(f"{name} is an LssAddress, not {type(of).__name__}")
     return c.LssAddress(*(_whole(f"{name}.{part}", getattr(of, part)) for part in ("vendor", "product", "revision",
                                                                                    "serial")))
 
@@ -420,6 +423,8 @@ class Commands:
     def create_object(self, described: ListedObject, *, image_byte: Optional[int] = None, **options: Any) -> Call:
         """OBJECT_CREATE: with its default in `value`; `application` has no effect. index: 2000h to 5EFFh or 6000h to 9FFFh.
         sub: 0 to 254. image_byte: its bytes are those of the image from there on."""
+        if not isinstance(described, ListedObject):
+            raise TypeError(f"described is a ListedObject, not {type(described).__name__}")
         value = _octets("value", described.value)
         buffer = ctypes.create_string_buffer(value, max(1, len(value)))
         to = _structure(c.Object, size=ctypes.sizeof(c.Object), index=_number("index", described.index, 0xFFFF),
