@@ -21,7 +21,8 @@
 //      line queues it, and may wait there for the bus: the PDOs that are due after it are
 //      determined then. So a waiting SYNC counts only for values that the image had when it was
 //      queued, whenever it is submitted. No second SYNC is queued meanwhile, so a newer value waits
-//      for at most one more SYNC. From the boot-up message of the own node on they are counted anew.
+//      for at most one more SYNC. From the boot-up message of the own node on they are counted
+//      anew.
 //   5. The same if no frame was submitted since the start of the node, 100 ms after the start, and,
 //      for a node with error control, after three signs that it is Operational, since the last NMT
 //      command to it that ends Operational: the first signs may have been under way. The command
